@@ -49,6 +49,8 @@ pub struct Drive {
     pub how: String,
     /// Length that is a strain of one, m.
     pub metres: Option<f64>,
+    /// Of a shear the axis along it, and the one across which it grows.
+    pub shear: Option<[usize; 2]>,
     /// Where bands are looked for, as shares of the strain that runs have in common or of the most that counts.
     pub interval: [f64; 2],
     pub interval_of_most: f64,
@@ -95,6 +97,7 @@ impl Drive {
             how: "tangential force on the upper plate over its area, against its displacement over the specimen\u{2019}s width"
                 .into(),
             metres: Some(run.needed("specimen.width")?),
+            shear: Some([0, 1]),
             interval: OF_SHEAR,
             interval_of_most: SHEAR_END,
             ..Self::strain("horizontal strain", strain, stress)
@@ -121,7 +124,8 @@ impl Drive {
         let of = [AXES[i], AXES[j]].concat();
         let how =
             format!("component {of} of the mean stress of the contacts, against that of the cell\u{2019}s strain");
-        Ok(Some(Self { how, is_of_instants: true, ..Self::strain(words[0], values, (words[1], stress)) }))
+        let shear = (i != j).then_some([i, j]);
+        Ok(Some(Self { how, shear, is_of_instants: true, ..Self::strain(words[0], values, (words[1], stress)) }))
     }
 }
 
@@ -135,23 +139,29 @@ struct Press {
     /// What bears its force, m2, the length that its way is a strain of, m, and whether that is the material's; nothing where
     /// neither is known.
     bearing: Option<(f64, f64, bool)>,
-    /// It is a side of a mesh that goes along itself, or a layer that goes along another.
-    shears: bool,
+    /// The axis across it, of a side of a mesh that goes along itself, or of a layer that goes along another.
+    shears: Option<usize>,
 }
 
-/// Layers of glued grains that face each other: the axis across them, how far they are apart, m, and the area of the cell between them, m2.
+/// Layers of glued grains that face each other, of which the other one rests: the axis across them, how far they are apart, m, and the area between them, m2,
+/// where the cell has periods along the other axes.
 fn facing(body: &Table, run: &Run) -> Option<(usize, f64, f64)> {
     let axes = run.dimension();
     let is_layer = |body: &Table| body.get("shape").and_then(Value::as_str) == Some("layer");
     let ends = |body: &Table| [numbers(body.get("lower")), numbers(body.get("upper"))];
-    let others = run.tables("body").filter(|other| is_layer(other) && other.get("name") != body.get("name"));
+    let rests = |body: &Table| !["path", "oscillation", "servo"].iter().any(|key| body.contains_key(*key));
+    let others =
+        run.tables("body").filter(|other| is_layer(other) && other.get("name") != body.get("name") && rests(other));
     let [lower, upper] = ends(body);
     let apart = others.filter(|_| is_layer(body)).map(ends).find_map(|[other_lower, other_upper]| {
         let gap = |axis: usize| f64::max(lower[axis] - other_upper[axis], other_lower[axis] - upper[axis]);
         (0..axes).map(|axis| (axis, gap(axis))).find(|(_, gap)| *gap > 0.0)
     });
     let (normal, gap) = apart?;
-    let edge = |axis: usize| run.column(&format!("edge_{0}{0}", AXES[axis])).first().copied();
+    let periodic = run.value("cell.periodic").and_then(Value::as_array);
+    let is_periodic = |axis: usize| periodic.and_then(|all| all.get(axis)?.as_bool()).unwrap_or(false);
+    let edge =
+        |axis: usize| run.column(&format!("edge_{0}{0}", AXES[axis])).first().copied().filter(|_| is_periodic(axis));
     let across: Option<f64> = (0..axes).filter(|axis| *axis != normal).map(edge).product();
     let depth = if axes == 2 { run.number("cell.depth") } else { Some(1.0) };
     Some((normal, gap, across? * depth?))
@@ -195,7 +205,7 @@ impl Press {
                 axis,
                 sign: fastest[axis].signum(),
                 bearing: Some((area, gap, true)),
-                shears: normal != axis,
+                shears: (normal != axis).then_some(normal),
             });
         }
         let side = body.get("side").and_then(Value::as_str).unwrap_or_default();
@@ -211,7 +221,7 @@ impl Press {
             axis,
             sign: fastest[axis].signum(),
             bearing: sizes.zip(depth).map(bearing),
-            shears: normal != axis,
+            shears: (normal != axis).then_some(normal),
         })
     }
 
@@ -235,12 +245,12 @@ impl Press {
             return Ok(Drive { measure: Measure::Length, words, values: way.collect(), ..Drive::default() });
         };
         let stress = self.column(run, "force")?.iter().map(|force| -self.sign * force / area).collect();
-        let words = match (self.shears, is_plane) {
+        let words = match (self.shears.is_some(), is_plane) {
             (true, _) => "shear strain",
             (false, true) => "axial strain",
             (false, false) => "displacement over breadth",
         };
-        let what = if self.shears { "shear stress" } else { "stress" };
+        let what = if self.shears.is_some() { "shear stress" } else { "stress" };
         let over = if is_plane {
             ["the breadth of the material at the start", "the height of the material"]
         } else {
@@ -250,6 +260,7 @@ impl Press {
             how: format!("force on {name} over {}, against its way over {}", over[0], over[1]),
             body: Some(name.clone()),
             metres: Some(length),
+            shear: self.shears.map(|normal| [self.axis, normal]),
             ..Drive::strain(words, way.map(|way| way / length).collect(), (&format!("{what} on {name}"), stress))
         })
     }
@@ -349,11 +360,15 @@ mod tests {
                 ("top_displacement_y", [-0.02, -0.04]),
                 ("top_force_y", [3.0, 6.0]),
             ];
-            Drive::of(&run(&format!("[cell]\nspace = \"plane\"\ndepth = 0.01\n{bodies}"), &columns)).unwrap()
+            let cell = "[cell]\nspace = \"plane\"\ndepth = 0.01\nperiodic = [true, false]\n";
+            // Against a layer that moves too it has a way alone.
+            let both = format!("{cell}{}{}", layer("low", 0.0, 0.1, &path), layer("top", 0.5, 0.6, &path));
+            assert_eq!(Press::of(&run(&both, &columns)).unwrap().bearing, None);
+            Drive::of(&run(&format!("{cell}{bodies}"), &columns)).unwrap()
         };
         let off = |found: &[f64], wanted: [f64; 2]| found.iter().zip(wanted).any(|(a, b)| (a / b - 1.0).abs() > 1e-12);
         let sheared = of("[0.1, 0.0]");
-        assert_eq!((sheared.words.as_str(), sheared.metres), ("shear strain", Some(0.4)));
+        assert_eq!((sheared.words.as_str(), sheared.metres, sheared.shear), ("shear strain", Some(0.4), Some([0, 1])));
         assert!(!off(&sheared.values, [0.25, 0.5]) && !off(&sheared.stress.unwrap().values, [15e3, 30e3]));
         let pressed = of("[0.0, -0.1]");
         assert_eq!(pressed.words, "axial strain");

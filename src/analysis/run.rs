@@ -419,6 +419,18 @@ mod tests {
         assert!(message.contains("scenario.toml is missing") && message.contains("scree resume"), "{message}");
     }
 
+    /// A thin solid is seen across its thickness, whatever its domain is called; one that weighs stands as it falls.
+    #[test]
+    fn what_is_thin_is_seen_across() {
+        let up = |rest: &str| Run::made(rest).up();
+        assert_eq!(up("[mesh]\nspace = \"solid\"\nlower = [0.0, 0.0, 0.0]\nupper = [2.0, 3.0, 1.0]"), 1);
+        let cell = "[cell]\nspace = \"solid\"\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 1.0, 1.0]\n";
+        assert_eq!(up(cell), 2);
+        assert_eq!(up(&format!("{cell}copies = [4.0, 10.0, 1.0]")), 1);
+        assert_eq!(up(&format!("{cell}copies = [4.0, 10.0, 1.0]\ngravity = [0.0, 0.0, -9.81]")), 2);
+        assert_eq!(up("[cell]\nspace = \"plane\"\nlower = [0.0, 0.0]\nupper = [2.0, 1.0]"), 1);
+    }
+
     #[test]
     fn a_run_without_a_summary_of_now_is_told_by_its_log() {
         let folder = tempfile::tempdir().unwrap();

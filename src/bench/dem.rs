@@ -158,7 +158,7 @@ fn world<'t, S: Space>(wanted: &Wanted, transport: &'t dyn Transport) -> Result<
     let packed = keep_packing(&mut job);
     let packing = crate::prepare::packed::make::<S>(&job, &packed, job.output.save_every(), transport)?;
     let edges = packing.cell.edges;
-    let mut grains: Vec<GrainRow<S>> = tile(packing.grains, &edges, counts);
+    let mut grains: Vec<GrainRow<S>> = tile(packing.grains, &edges, counts, [true, false, true]);
 
     let diameter = job.matter.diameter_mean;
     let mut lengths = S::Vector::zero();

@@ -146,11 +146,10 @@ fn filling<S: Space>(job: &mut Assembly, along: usize) -> Vec<S::Vector> {
     let spacing = job.matter.diameter_mean * (1.0 - OVERLAP);
     for axis in 0..S::DIMENSION {
         job.cell.lower[axis] = 0.0;
-        job.cell.copies[axis] = 1;
         job.cell.upper[axis] = along as f64 * spacing;
         job.cell.periodic[axis] = true;
     }
-    (job.gravity, job.bodies) = ([0.0; 3], Vec::new());
+    (job.gravity, job.bodies, job.cell.copies) = ([0.0; 3], Vec::new(), None);
     (0..along.pow(S::DIMENSION as u32)).map(|number| place::<S>(job, spacing, [along; 3], number)).collect()
 }
 

@@ -8,8 +8,14 @@ use crate::base::space::{Linear, Space};
 use crate::dem::grains::{GrainRow, is_body};
 
 /// Repeats the grains of a cell `counts` times along its edges (columns, m), along which it must be periodic where the
-/// count is not one. A contact across a face between copies joins neighbours. The rows come in the order of their ids.
-pub fn tile<S: Space>(mut rows: Vec<GrainRow<S>>, edges: &S::Tensor, counts: [usize; 3]) -> Vec<GrainRow<S>> {
+/// count is not one. A contact across a face between copies joins neighbours; at the ends of all copies those that the whole is `periodic` between, and is
+/// gone where it is not. The rows come in the order of their ids.
+pub fn tile<S: Space>(
+    mut rows: Vec<GrainRow<S>>,
+    edges: &S::Tensor,
+    counts: [usize; 3],
+    periodic: [bool; 3],
+) -> Vec<GrainRow<S>> {
     let counts: [usize; 3] = std::array::from_fn(|axis| if axis < S::DIMENSION { counts[axis].max(1) } else { 1 });
     let copies = counts.iter().product::<usize>();
     let inverse = S::inverse(edges).expect("the edges of a cell span it");
@@ -34,13 +40,21 @@ pub fn tile<S: Space>(mut rows: Vec<GrainRow<S>>, edges: &S::Tensor, counts: [us
             made.hot.position += shift;
             made.cold.home += shift;
             made.cold.origin += shift;
-            for ((partner, _), apart) in made.contacts.iter_mut().zip(&apart) {
+            made.contacts.clear();
+            for ((partner, memory), apart) in row.contacts.iter().zip(&apart) {
+                let mut named_partner = *partner;
                 if !is_body(*partner) {
-                    let beside: [usize; 3] = std::array::from_fn(|axis| {
-                        (at[axis] as i64 + apart[axis]).rem_euclid(counts[axis] as i64) as usize
-                    });
-                    *partner = named(*partner, copies, (beside[2] * counts[1] + beside[1]) * counts[0] + beside[0]);
+                    let place: [i64; 3] = std::array::from_fn(|axis| at[axis] as i64 + apart[axis]);
+                    let is_beyond = |axis: usize| !(0..counts[axis] as i64).contains(&place[axis]);
+                    if (0..S::DIMENSION).any(|axis| !periodic[axis] && is_beyond(axis)) {
+                        continue;
+                    }
+                    let beside: [usize; 3] =
+                        std::array::from_fn(|axis| place[axis].rem_euclid(counts[axis] as i64) as usize);
+                    named_partner =
+                        named(*partner, copies, (beside[2] * counts[1] + beside[1]) * counts[0] + beside[0]);
                 }
+                made.contacts.push((named_partner, *memory));
             }
             tiled.push(made);
         }

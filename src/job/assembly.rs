@@ -8,10 +8,9 @@ use std::path::{Path, PathBuf};
 use super::figures;
 pub use super::motion::{BodyServo, Motion, Oscillation, PathPoint};
 use super::output::Output;
-use super::resolve::SAFETY_DEFAULT;
 use super::schema::{list, section};
 use super::shear::{keys_of_step, rest_and_cache, skin};
-use super::stable::governing;
+use super::stable::step_default;
 use super::write::Page;
 use crate::base::keys::{
     DENSITY, Form, Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, choose, count, flag,
@@ -125,16 +124,16 @@ impl Assembly {
         ]
     }
 
-    /// The job of one copy of its packing, which is compressed in a cell with all periods, by the step that it would have by itself: other jobs have the
-    /// same piece.
+    /// The job of one copy of its packing, which is compressed in a cell with all periods, by the step that it would have by itself, whatever
+    /// `time.step` is: other jobs have the same piece.
     pub fn of_one_copy(&self) -> Cow<'_, Self> {
-        if self.cell.copies_of_packing() == 1 {
+        if self.cell.copies.is_none() {
             return Cow::Borrowed(self);
         }
         let periodic = std::array::from_fn(|axis| axis < self.cell.dimension);
-        let cell = Cell { copies: [1; 3], periodic, ..self.cell.clone() };
+        let cell = Cell { copies: None, periodic, ..self.cell.clone() };
         let free = Self { cell, bodies: Vec::new(), ..self.clone() };
-        let step = SAFETY_DEFAULT * governing(&figures::bounds(&free)).step;
+        let step = step_default(&figures::bounds(&free));
         Cow::Owned(Self { bodies: self.bodies.clone(), step, ..free })
     }
 
@@ -147,7 +146,7 @@ impl Assembly {
                 dimension: 2,
                 lower: [0.0; 3],
                 upper: [0.0; 3],
-                copies: [1; 3],
+                copies: None,
                 periodic: [false; 3],
                 depth: 1.0,
                 gradient: [[0.0; 3]; 3],
@@ -179,8 +178,8 @@ pub struct Cell {
     /// Corners of one copy of the packing, m.
     pub lower: [f64; 3],
     pub upper: [f64; 3],
-    /// Copies of the packing side by side along each axis; 1 beyond the cell's axes.
-    pub copies: [u64; 3],
+    /// Copies of the packing side by side along each axis, 1 beyond the cell's axes; none: the packing itself fills the cell.
+    pub copies: Option<[u64; 3]>,
     /// Along an axis that is not periodic the cell only bounds where grains may go; walls are bodies.
     pub periodic: [bool; 3],
     /// Out-of-plane depth in two dimensions, m; 1 in three, where nothing looks at it.
@@ -210,38 +209,37 @@ pub(super) fn depth(form: &mut dyn Form, depth: &mut f64, whose: &str) {
 }
 
 impl Cell {
-    /// Copies of the packing in it.
-    pub fn copies_of_packing(&self) -> u64 {
-        self.copies.iter().product()
-    }
-
-    /// What is left free beyond copies at either end of an axis without a period, m: they may dilate there, and what holds them may move.
-    pub fn room(&self, axis: usize) -> f64 {
-        let is_open = self.copies_of_packing() > 1 && !self.periodic[axis];
-        if is_open { ROOM * (self.end()[axis] - self.lower[axis]) } else { 0.0 }
+    /// Along each axis.
+    pub fn counts(&self) -> [u64; 3] {
+        self.copies.unwrap_or([1; 3])
     }
 
     /// The upper corner of all copies, m; of one alone, that corner.
     pub fn end(&self) -> [f64; 3] {
-        let more = |axis: usize| (self.copies[axis] - 1) as f64 * (self.upper[axis] - self.lower[axis]);
+        let counts = self.counts();
+        let more = |axis: usize| (counts[axis] - 1) as f64 * (self.upper[axis] - self.lower[axis]);
         std::array::from_fn(|axis| self.upper[axis] + more(axis))
     }
 
-    /// Written where there are more than one.
     fn keys_of_copies(&mut self, form: &mut dyn Form) {
         let about =
             "copies of the packing side by side along each axis, of which lower, upper and grains.count are one's";
-        let mut copies = (self.copies_of_packing() > 1).then(|| self.copies.map(|count| count as f64));
+        let mut copies = self.copies.map(|copies| copies.map(|count| count as f64));
         form.vector_if_given(&mut copies, vector("copies", about, RATIO, "2").optional());
-        let Some(copies) = copies.filter(|_| form.is_needed()) else { return };
+        if !form.is_needed() {
+            return;
+        }
+        let Some(copies) = copies else { return self.copies = None };
+        let mut counts = [1; 3];
         for (axis, count) in copies.into_iter().enumerate().take(self.dimension) {
             if count.round() != count || !(1.0..=COPIES_MAX).contains(&count) {
                 let problem =
                     format!("has {count}, and a whole number from 1 to {COPIES_MAX:e} is wanted along every axis.");
                 return form.note("copies", &problem);
             }
-            self.copies[axis] = count as u64;
+            counts[axis] = count as u64;
         }
+        self.copies = Some(counts);
     }
 
     fn keys(&mut self, form: &mut dyn Form) {
@@ -260,8 +258,8 @@ impl Cell {
     }
 }
 
-/// Room beyond copies, as a share of their length.
-const ROOM: f64 = 0.25;
+/// Grains of a job at most, as they are packed and of all copies.
+pub const GRAINS_MAX: u64 = 100_000_000;
 /// Copies of a packing along an axis at most.
 const COPIES_MAX: f64 = 1e4;
 
@@ -374,7 +372,7 @@ pub(super) fn keys_of_grains(form: &mut dyn Form, matter: &mut Matter, source: &
             "says neither where grains are read from nor how many are made. Add file = \"grains.csv\", or count = 400.",
         );
     } else {
-        let made = count("count", "grains to be made", (1, 100_000_000), "400");
+        let made = count("count", "grains to be made", (1, GRAINS_MAX), "400");
         form.count(&mut packed.count, made.required("unless file is given"));
     }
     packed.sizes.keys(form);

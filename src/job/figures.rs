@@ -85,6 +85,36 @@ pub fn grain(assembly: &Assembly, diameter: f64) -> GrainScale {
     GrainScale::of(0.5 * diameter, assembly.matter.density, assembly.cell.depth, assembly.cell.dimension)
 }
 
+/// Solid volume fractions that discs and spheres do not exceed.
+const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
+/// Room beyond copies, as a share of what they are long at least.
+const ROOM: f64 = 0.25;
+
+/// Share by which the lengths of the job's cell change until grains compressed in it fill it to a solid volume fraction; one
+/// where they are not compressed.
+pub fn shrinkage(assembly: &Assembly, fraction: f64) -> f64 {
+    match (&assembly.source, fraction_in_cell(assembly)) {
+        (Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }), Some(filled)) => {
+            let share = filled / fraction;
+            if assembly.cell.dimension == 2 { share.sqrt() } else { crate::base::math::cbrt(share) }
+        }
+        _ => 1.0,
+    }
+}
+
+/// The same to the smallest cell that grains which are compressed in it could fill.
+pub fn shrinkage_most(assembly: &Assembly) -> f64 {
+    shrinkage(assembly, FRACTION_MAX[assembly.cell.dimension - 2])
+}
+
+/// What is left free beyond copies of a packing at either end of an axis without a period, m: they may dilate there, and what holds them may move. By the
+/// job alone, as the corner of its cell is.
+pub fn room(assembly: &Assembly, axis: usize) -> f64 {
+    let cell = &assembly.cell;
+    let is_open = cell.copies.is_some() && axis < cell.dimension && !cell.periodic[axis];
+    if is_open { ROOM * shrinkage_most(assembly) * (cell.end()[axis] - cell.lower[axis]) } else { 0.0 }
+}
+
 /// Area (m2) or volume (m3) of the cell as the job gives it.
 pub fn cell_measure(assembly: &Assembly) -> f64 {
     let (cell, end) = (&assembly.cell, assembly.cell.end());
@@ -122,7 +152,7 @@ pub fn grain_measure(sizes: &Sizes, dimension: usize) -> f64 {
 /// Number of grains, as far as it is known: from the job, or from a look at the file.
 pub fn grains(assembly: &Assembly) -> Option<u64> {
     match &assembly.source {
-        Source::Packed(packed) => Some(packed.count.saturating_mul(assembly.cell.copies_of_packing())),
+        Source::Packed(packed) => Some(packed.count.saturating_mul(assembly.cell.counts().iter().product())),
         Source::File(read) => grains_in_file(&read.grains),
     }
 }

@@ -37,6 +37,14 @@ pub struct Bound {
     pub step: f64,
 }
 
+/// The step over the stable one where a job does not say.
+pub const SAFETY_DEFAULT: f64 = 0.5;
+
+/// The step of a job that does not say, s.
+pub fn step_default(bounds: &[Bound]) -> f64 {
+    SAFETY_DEFAULT * governing(bounds).step
+}
+
 /// The tightest of some bounds.
 pub fn governing(bounds: &[Bound]) -> &Bound {
     bounds.iter().min_by(|a, b| a.step.total_cmp(&b.step)).expect("every job has at least one bound")

@@ -54,6 +54,10 @@ fn assembly(job: &Assembly, times: usize) -> Result<Vec<String>, String> {
     if (1..3).any(|row| job.cell.gradient[row][0] != 0.0) {
         return Err("its velocity_gradient makes speeds across x that grow with x".to_string());
     }
+    if let Some(mut copies) = job.cell.copies {
+        copies[0] *= times as u64;
+        return Ok(vec![vector("cell.copies", &copies.map(|count| count as f64)[..job.cell.dimension])]);
+    }
     let mut upper = job.cell.upper;
     upper[0] = wider([job.cell.lower[0], upper[0]], times as f64);
     Ok(vec![

@@ -7,7 +7,6 @@ use scree_partition::{ExactSum, Solo, Transport};
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
-use crate::base::math;
 use crate::base::space::{AXES, Linear, Space};
 use crate::bodies::body::{self, Body};
 use crate::dem::assembly::Constants;
@@ -21,7 +20,7 @@ use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
-use crate::job::assembly::{Assembly, BodyServo, Packed, Preparation, Read, Shape, Source, Velocities};
+use crate::job::assembly::{Assembly, BodyServo, Read, Shape, Source, Velocities};
 use crate::job::figures;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_file;
@@ -128,7 +127,7 @@ fn at_start<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<(Vec<
         }
         Source::Packed(packed) => {
             let packing = super::packed::make::<S>(&job.of_one_copy(), packed, job.output.save_every(), transport)?;
-            Ok(packing.repeated(&job.cell))
+            Ok(packing.repeated(job))
         }
     }
 }
@@ -154,30 +153,16 @@ pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
     scaled_cell(job, 1.0)
 }
 
-/// Solid volume fractions that discs and spheres do not exceed.
-const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
-/// Share by which the lengths of the job's cell change until grains compressed in it fill it to a solid volume fraction; one
-/// where they are not compressed.
-pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
-    match (&job.source, figures::fraction_in_cell(job)) {
-        (Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }), Some(filled)) => {
-            let share = filled / fraction;
-            if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
-        }
-        _ => 1.0,
-    }
-}
-
 /// The cell as drawn with its lengths changed by a share.
 pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
     let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.end()));
-    let room = vector::<S>(&std::array::from_fn(|axis| job.cell.room(axis)));
+    let room = vector::<S>(&std::array::from_fn(|axis| figures::room(job, axis)));
     Cell::cuboid(lower - room, (upper - lower) * share + room * 2.0, job.cell.periodic)
 }
 
 /// The cell as drawn, or the smallest that grains which are compressed in it could fill.
 pub(super) fn densest_cell<S: Space>(job: &Assembly) -> Cell<S> {
-    scaled_cell(job, shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2]))
+    scaled_cell(job, figures::shrinkage_most(job))
 }
 
 /// Blocks of the job's cell, however it has deformed: those of the smallest that it can start as. By the job alone, so that
@@ -241,8 +226,8 @@ pub(super) fn depth_of<S: Space>(job: &Assembly) -> f64 {
 
 /// Volume of the cell without the room at the open ends of copies, m3.
 pub fn volume<S: Space>(cell: &Cell<S>, job: &Assembly) -> f64 {
-    let filled = |axis: usize| 1.0 - 2.0 * job.cell.room(axis) / cell.height(axis);
-    let open = (0..S::DIMENSION).filter(|axis| job.cell.room(*axis) > 0.0);
+    let filled = |axis: usize| 1.0 - 2.0 * figures::room(job, axis) / cell.height(axis);
+    let open = (0..S::DIMENSION).filter(|axis| figures::room(job, *axis) > 0.0);
     cell.volume() * depth_of::<S>(job) * open.map(filled).product::<f64>()
 }
 

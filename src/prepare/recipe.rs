@@ -116,7 +116,7 @@ fn named(how: &str, job: &str) -> String {
 fn piece(job: &Assembly, packed: &Packed) -> Assembly {
     Assembly {
         name: "packing".into(),
-        cell: Cell { gradient: [[0.0; 3]; 3], servo: None, copies: [1; 3], ..job.cell.clone() },
+        cell: Cell { gradient: [[0.0; 3]; 3], servo: None, copies: None, ..job.cell.clone() },
         source: Source::Packed(Packed { cache: PathBuf::new(), ..packed.clone() }),
         damping: Damping::default(),
         end: 0.0,

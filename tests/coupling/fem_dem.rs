@@ -99,6 +99,28 @@ fn elements_of_grains_end_in_the_same_bits() {
     same(&parse(&text_of("simple_shear", &sets)), folder.path(), "simple shear");
 }
 
+/// The direct simulation of simple shear, of few copies: open ends, layers and the room beyond them, on ranks and threads and through a restart.
+#[test]
+fn copies_between_layers_end_in_the_same_bits() {
+    let edge = "0.012998174296788059";
+    let cell = format!("upper = [{edge}, {edge}, {edge}]");
+    let sets = [
+        ("count = 4096", "count = 300"),
+        (cell.as_str(), "upper = [\"5.44 mm\", \"5.44 mm\", \"5.44 mm\"]"),
+        ("copies = [4, 10, 1]", "copies = [2, 3, 1]"),
+        ("upper = [\"51.9 mm\", \"4.75 mm\", \"12.9 mm\"]", "upper = [\"10.8 mm\", \"1.5 mm\", \"5.4 mm\"]"),
+        ("lower = [0, \"122.75 mm\", 0]", "lower = [0, \"14.5 mm\", 0]"),
+        ("upper = [\"51.9 mm\", \"129.9 mm\", \"12.9 mm\"]", "upper = [\"10.8 mm\", \"16.3 mm\", \"5.4 mm\"]"),
+        ("ramp = \"5 ms\"", "ramp = \"10 us\""),
+        ("end = \"62 ms\"", "end = \"36 us\""),
+        ("series_interval = \"0.1 ms\"", "series_interval = \"6 us\"\ncheckpoint_interval = \"12 us\""),
+        ("frame_interval = \"5 ms\"", "frame_interval = \"12 us\"\nenergy_balance = true"),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let (_, series) = same(&parse(&text_of("dns_simple_shear", &sets)), folder.path(), "copies between layers");
+    assert!(series.lines().count() > 5, "{series}");
+}
+
 /// Where grains have been taken out of the unit cell it bears the same pressure, with fewer contacts.
 #[test]
 fn a_weak_row_bears_the_same_pressure_with_fewer_contacts() {
@@ -110,6 +132,13 @@ fn a_weak_row_bears_the_same_pressure_with_fewer_contacts() {
     let ratio = |carried: &scree::rve::PointRve<Solid>| carried.rve.void_ratio();
     let of = |count: usize| world.rves.iter().find(|carried| carried.rve.grains() == count).unwrap();
     assert!(ratio(of(275)) > ratio(of(300)));
+    // All together: voids over solid, of which weak elements have less.
+    let masses = world.continuum.points.hot.iter().map(|hot| hot.mass);
+    let solid: f64 = masses.clone().sum();
+    let voids: f64 = masses.zip(&world.rves).map(|(mass, carried)| mass * ratio(carried)).sum();
+    let found = world.rve_totals().unwrap().void_ratio;
+    assert!((found / (voids / solid) - 1.0).abs() < 1e-12, "{found} {}", voids / solid);
+    assert!(ratio(of(300)) < found && found < ratio(of(275)));
     for hot in &world.continuum.points.hot {
         let stress = hot.kirchhoff();
         (0..9).for_each(|at| {

@@ -243,6 +243,11 @@ fn all_rves_are_told_of() {
     let of = |name: &str| *ran.series(&format!("corner_{name}")).last().unwrap();
     assert!((2.0..5.5).contains(&of("coordination")), "{}", of("coordination"));
     assert!((0.1..0.3).contains(&of("void_ratio")), "{}", of("void_ratio"));
+    // Of all together by what solid they stand for.
+    for what in ["void_ratio", "coordination", "mechanical_coordination"] {
+        let (all, one) = (*ran.series(&format!("rve_{what}")).last().unwrap(), of(what));
+        assert!((all / one - 1.0).abs() < 0.05, "{what}: {all} {one}");
+    }
     // What the void ratio says, and what the law remembers.
     assert!((1.0 / (1.0 + of("void_ratio")) / of("fraction") - 1.0).abs() < 1e-12, "{}", of("fraction"));
 }

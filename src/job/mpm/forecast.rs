@@ -257,8 +257,10 @@ fn steps_of_piece(job: &Job, assembly: &Assembly) -> f64 {
     if job.plates().is_some() || stresses.is_empty() {
         return 0.0;
     }
-    let times = |stress: &f64| TIME_OF_PIECE * steps_per_time(assembly, job.step(), *stress);
-    let count = grains(assembly).unwrap_or_default() as f64;
+    let piece = assembly.of_one_copy();
+    let step = if assembly.cell.copies.is_some() { piece.step } else { job.step() };
+    let times = |stress: &f64| TIME_OF_PIECE * steps_per_time(&piece, step, *stress);
+    let count = grains(&piece).unwrap_or_default() as f64;
     stresses.iter().map(times).sum::<f64>() * count
 }
 

@@ -3,13 +3,13 @@
 use super::body::{Domain, check_bodies};
 use super::checks::check;
 use super::limits::{refuse_speed_of_body, refuse_steps};
-use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, output, refuse_wide_sizes};
+use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SKIN_DEFAULT, check_name, output, refuse_wide_sizes};
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::assembly::{Assembly, Packed, Sizes, Source, keys_of_grains};
 use crate::job::figures;
 use crate::job::raw::{Reader, Typed};
-use crate::job::stable::{self, governing};
+use crate::job::stable;
 
 /// Edge of a block in mean diameters: fewer than of discs, so that a block holds some hundred grains in both.
 /// How exactly shares of sizes add up to 1.
@@ -51,7 +51,7 @@ pub fn assembly(typed: &Typed) -> Result<Assembly, Error> {
     };
     check_bodies(job.bodies.iter_mut(), &top, &domain);
     if !time.has("step") {
-        job.step = SAFETY_DEFAULT * governing(&figures::bounds(&job)).step;
+        job.step = stable::step_default(&figures::bounds(&job));
     }
     for (body, table) in job.bodies.iter().zip(&top.list("body")) {
         typed.check(refuse_speed_of_body(body, table, job.step, diameter));

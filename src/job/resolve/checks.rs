@@ -3,7 +3,7 @@
 use super::body::AXES;
 use super::{digits, digits_above, digits_below, limits, refuse_unstable};
 use crate::base::error::Error;
-use crate::job::assembly::{Assembly, Packed, Preparation, Source};
+use crate::job::assembly::{Assembly, GRAINS_MAX, Packed, Preparation, Shape, Source};
 use crate::job::figures;
 use crate::job::raw::Typed;
 use crate::law::contact::Contact;
@@ -17,8 +17,6 @@ pub(crate) fn margin_in_words(contact: &Contact) -> &'static str {
 pub(super) const PERIOD_IN_DIAMETERS: f64 = 4.0;
 /// Solid volume fraction that no packing of spheres has; of discs the key's own range says it.
 const FRACTION_MAX_SPHERES: f64 = 0.74;
-/// Grains of all copies of a packing at most, as of one.
-const GRAINS_MAX: u64 = 100_000_000;
 /// Spheres inserted one after the other jam at 0.38, discs at 0.547.
 const FRACTION_START_MAX_SPHERES: f64 = 0.36;
 /// Some records of other programs were made with unstable steps.
@@ -56,13 +54,14 @@ fn check_stress(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     match &assembly.source {
         Source::Packed(Packed { preparation: Preparation::Compress { stress, unloaded, .. }, .. }) => {
             let time = |stress: f64| assembly.matter.diameter_mean * (assembly.matter.density / stress).sqrt();
-            limits::refuse_faint_packing(typed, ("packing", "stress"), time(*stress), assembly.step)?;
+            let step = assembly.of_one_copy().step;
+            limits::refuse_faint_packing(typed, ("packing", "stress"), time(*stress), step)?;
             let Some(unloaded) = unloaded else { return Ok(()) };
             if unloaded >= stress {
                 let message = format!("is no less than packing.stress = {stress} Pa. Write less, or remove the line.");
                 return Err(typed.refusal("packing", "unloaded", &message));
             }
-            limits::refuse_faint_packing(typed, ("packing", "unloaded"), time(*unloaded), assembly.step)
+            limits::refuse_faint_packing(typed, ("packing", "unloaded"), time(*unloaded), step)
         }
         _ => Ok(()),
     }
@@ -139,20 +138,55 @@ fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     ))
 }
 
-/// Only what is compressed in a cell with all periods fits to itself.
+/// Copies are of what is compressed in a cell with all periods; where the run has none, layers hold their ends.
 fn check_copies(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
-    if assembly.cell.copies_of_packing() == 1 {
+    let cell = &assembly.cell;
+    if cell.copies.is_none() {
         return Ok(());
+    }
+    let refused = |key: &str, problem: &str| Err(typed.refusal("cell", key, problem));
+    match &assembly.source {
+        Source::File(_) => {
+            return refused(
+                "copies",
+                "are of a packing that the program makes, and grains.file gives the grains. Remove the line.",
+            );
+        }
+        Source::Packed(Packed { preparation: Preparation::Pour, .. }) => {
+            return refused(
+                "copies",
+                "are of a packing that is compressed in a periodic cell. Write packing.preparation = \"compress\", or remove the line.",
+            );
+        }
+        Source::Packed(_) => {}
     }
     if figures::grains(assembly).is_some_and(|grains| grains > GRAINS_MAX) {
-        let problem = format!("make more than {} grains of grains.count. Take fewer.", GRAINS_MAX as f64);
-        return Err(typed.refusal("cell", "copies", &problem));
+        return refused("copies", &format!("make more than {} grains of grains.count. Take fewer.", GRAINS_MAX as f64));
     }
-    if matches!(&assembly.source, Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. })) {
+    let Some(open) = (0..cell.dimension).find(|axis| !cell.periodic[*axis]) else { return Ok(()) };
+    if cell.servo.is_some() {
+        return refused(
+            "stress_normal",
+            "holds a stress of the whole cell, and copies with an open end do not fill it. Hold a layer by its servo instead, or make every axis periodic.",
+        );
+    }
+    let layers = || {
+        assembly.bodies.iter().filter_map(|body| match &body.shape {
+            Shape::Layer { lower, upper } => Some((lower[open], upper[open])),
+            _ => None,
+        })
+    };
+    let ends = layers().map(|(_, upper)| upper).fold(f64::INFINITY, f64::min);
+    let is_held =
+        layers().any(|(lower, _)| lower > ends) || (assembly.gravity[open] != 0.0 && layers().next().is_some());
+    if is_held {
         return Ok(());
     }
-    let problem = "are of a packing that is compressed in a periodic cell. Write packing.preparation = \"compress\", or remove the line.";
-    Err(typed.refusal("cell", "copies", problem))
+    let problem = format!(
+        "leaves the ends of the copies open along {}, and nothing holds them there. Add a [[body]] with shape = \"layer\" at either end, or make the axis periodic.",
+        AXES[open]
+    );
+    refused("periodic", &problem)
 }
 
 fn check_packing(assembly: &Assembly, packed: &Packed, typed: &Typed) -> Result<(), Error> {
@@ -170,7 +204,7 @@ fn check_packing(assembly: &Assembly, packed: &Packed, typed: &Typed) -> Result<
                     "packing",
                     "preparation",
                     &format!(
-                        "compresses a cell that is periodic along every axis, and {} is not. Set cell.periodic to true there, write \"pour\", or lay cell.copies side by side, whose ends may be open.",
+                        "compresses a cell that is periodic along every axis, and {} is not. Set cell.periodic to true there, write \"pour\", or lay copies of it side by side (cell.copies), whose ends may be open.",
                         AXES[axis]
                     ),
                 ));

@@ -5,7 +5,7 @@ use super::body::{AXES, BODIES_MAX, check_inside};
 use super::checks::{PERIOD_IN_DIAMETERS, check_as_piece};
 use super::mpm::domain;
 use super::shear::{LEDGER_OF_LIVING_ZONE, check_life};
-use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SAFETY_DEFAULT, SKIN_DEFAULT, digits};
+use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SKIN_DEFAULT, digits};
 use crate::base::digits::significant;
 use crate::base::error::Error;
 use crate::base::keys::Form;
@@ -19,7 +19,6 @@ use crate::job::mpm::{
 };
 use crate::job::raw::{Reader, Typed};
 use crate::job::schema::Kind;
-use crate::job::stable::governing;
 use crate::job::{Method, stable};
 use crate::law::material::ConstitutiveLaw;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
@@ -81,7 +80,7 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
         granular.piece.damping.keys(&mut typed.table("damping", false, why));
         granular.rves.keys(&mut typed.table("rve", false, why));
         // That of its packing; RVEs have one of their own.
-        granular.piece.step = SAFETY_DEFAULT * governing(&bounds(&granular.piece)).step;
+        granular.piece.step = stable::step_default(&bounds(&granular.piece));
         return Ok(Some(granular));
     }
     granular.enrichment.distance = grid.cell;

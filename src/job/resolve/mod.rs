@@ -3,6 +3,7 @@
 
 use super::Output;
 use super::raw::{Reader, Typed};
+use super::stable::SAFETY_DEFAULT;
 use super::stable::{Bound, governing};
 use crate::base::digits::{digits, digits_above};
 pub use crate::base::digits::{digits_below, significant};
@@ -32,8 +33,6 @@ pub use shear::scenario;
 /// Edge of a block in mean diameters of discs, where only grains ask for blocks.
 pub const BLOCK_OF_DISCS: f64 = 12.0;
 pub const BLOCK_OF_SPHERES: f64 = 6.0;
-/// The step over the stable one where a job does not say.
-pub(in crate::job) const SAFETY_DEFAULT: f64 = 0.5;
 /// Skin of the neighbour list in mean diameters.
 const SKIN_DEFAULT: f64 = 0.1;
 

@@ -297,6 +297,9 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
         if bodies.chain(job.follow[..number].iter().map(|point| &point.name)).any(|other| other == name) {
             table.add(table.refusal("name", "names another point or body already. Give each a name of its own."));
         }
+        if name == "rve" && job.rves().is_some() {
+            table.add(table.refusal("name", "is that of all RVEs in the series. Take another one."));
+        }
         typed.check(body::check_inside(table, "place", place, &domain));
         if *frames && job.rves().is_none() {
             table.add(table.refusal("frames", "draws the grains of an RVE, and this job has none. Remove the line."));

@@ -7,14 +7,13 @@ use super::material::File;
 use super::mpm::scheme;
 use super::mpm_checks::check_time;
 use super::{
-    BLOCK_OF_DISCS, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, digits, output, refuse_unstable, refuse_wide_sizes,
-    significant,
+    BLOCK_OF_DISCS, SKIN_DEFAULT, check_name, digits, output, refuse_unstable, refuse_wide_sizes, significant,
 };
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::couple::zone::Enrichment;
 use crate::job::raw::{Reader, Typed};
-use crate::job::stable::governing;
+use crate::job::stable::step_default;
 use crate::job::{Method, Scenario, Specimen, WeakRegion, derived, figures, stable};
 use crate::law::material::{ConstitutiveLaw, CriticalConstants, Objection};
 use crate::mpm::shape::margins;
@@ -89,7 +88,7 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     job.loading.plate_damping = derived::plate_damping(&job, job.loading.plate_mass);
     job.loading.keys_of_plate(&mut loading);
     if !time.has("step") {
-        job.time.step = SAFETY_DEFAULT * governing(&derived::bounds(&job)).step;
+        job.time.step = step_default(&derived::bounds(&job));
     }
     // Steps in which a band one cell thick shears by 1 at full speed.
     let steps_per_strain = job.continuum.cell / (job.loading.speed * job.time.step);

@@ -70,7 +70,7 @@ fn paths(runs: &[&Run], suffix: &str) -> Option<Drawn> {
     }
     let chart = Chart {
         x: Axis::around("x (m)", all().map(|place| place[0])),
-        y: Axis::around(if runs[0].dimension() == 3 { "z (m)" } else { "y (m)" }, all().map(|place| place[1])),
+        y: Axis::around(&format!("{} (m)", AXES[runs[0].up()]), all().map(|place| place[1])),
         curves,
         ..Chart::default()
     };
@@ -138,7 +138,7 @@ fn loops(runs: &[&Run], suffix: &str) -> Option<Drawn> {
     }
     let name = format!("stress_strain{suffix}");
     let drawing = draw(&name, "Stress against strain of followed points", &entries, &charts, charts.len());
-    let caption = "Stress against logarithmic strain of the RVEs of points that are followed: the shear and the normal component that strain most;                    shear strain is the engineering one, compression positive.";
+    let caption = "Stress against logarithmic strain of the RVEs of points that are followed: the shear and the normal component that strain most; shear strain is the engineering one, compression positive.";
     Some(Drawn { name, drawing, caption: caption.into() })
 }
 

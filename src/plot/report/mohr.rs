@@ -6,7 +6,7 @@ use super::numbers::significant;
 use super::svg::{INK, Stroke};
 use crate::analysis::calibrate::element::{Course, Row};
 use crate::analysis::calibrate::fit::sine;
-use crate::analysis::calibrate::mobilised::{Shown, averaged};
+use crate::analysis::calibrate::mobilised::{STRAIN_SMOOTH, Shown, averaged};
 use crate::base::math::{self, PI};
 
 /// Share of a test, its end, that is taken for the critical state.
@@ -59,6 +59,8 @@ impl Envelope {
         };
         let product = sum(&|circle| (circle.middle - middle) * (circle.radius - radius));
         let sine = product / sum(&|circle| (circle.middle - middle) * (circle.middle - middle));
+        // Of a few circles that scatter.
+        let sine = sine.clamp(1e-6, 1.0 - 1e-6);
         Self { sine, attraction: radius / sine - middle }
     }
 
@@ -84,7 +86,12 @@ pub fn drawing(shown: &[Shown], coheres: bool) -> (String, String) {
             Course::Once | Course::Biaxial => {
                 let mobilised = averaged(rows, |index| sine(&rows[index]));
                 let strongest = (0..rows.len()).max_by(|a, b| mobilised[*a][1].total_cmp(&mobilised[*b][1]));
-                dense.extend(strongest.map(|index| Circle::of(one.kind.words(), &rows[index..=index])));
+                let around = |index: usize| {
+                    let near =
+                        |row: &&Row| (row.strain - rows[index].strain).abs() <= 0.5 * STRAIN_SMOOTH * (1.0 + 1e-9);
+                    rows.iter().filter(near).copied().collect::<Vec<Row>>()
+                };
+                dense.extend(strongest.map(|index| Circle::of(one.kind.words(), &around(index))));
             }
             Course::Reversal | Course::Cycles | Course::ConstantVolume => {}
         }

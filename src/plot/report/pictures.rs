@@ -168,10 +168,17 @@ fn cell(run: &Run, time: f64) -> Option<[[f64; 2]; 4]> {
     run.scenario.get("cell")?;
     let axes = ["x", "y", "z"];
     let (row, up) = (run.row_at(time), run.up());
-    let lower = run.numbers("cell.lower");
+    let (lower, upper) = (run.numbers("cell.lower"), run.numbers("cell.upper"));
+    let periodic = run.value("cell.periodic").and_then(toml::Value::as_array);
+    let is_open = |axis: usize| periodic.and_then(|all| all.get(axis)?.as_bool()) == Some(false);
+    // Beyond the open ends of copies there is room that is nothing to be seen.
+    let copies = run.numbers("cell.copies");
+    let drawn = |axis: usize| Some((upper.get(axis)? - lower.get(axis)?) * copies.get(axis)?);
     let corner = [0, up].map(|axis| lower.get(axis).copied().unwrap_or(0.0));
-    let entry =
-        |i: usize, j: usize| run.column(&format!("edge_{}{}", axes[i], axes[j])).get(row).copied().unwrap_or(0.0);
+    let entry = |i: usize, j: usize| {
+        let edge = run.column(&format!("edge_{}{}", axes[i], axes[j])).get(row).copied().unwrap_or(0.0);
+        if i == j && is_open(i) { drawn(i).unwrap_or(edge) } else { edge }
+    };
     Some([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[first, second]| {
         let place = |axis: usize| first * entry(axis, 0) + second * entry(axis, up);
         [corner[0] + place(0), corner[1] + place(up)]

@@ -9,6 +9,7 @@ use crate::analysis::run::Run;
 use crate::analysis::snapshot::{Body, Kind, Snapshot};
 use crate::base::error::Error;
 use crate::base::math::PI;
+use crate::base::space::AXES;
 
 /// Rows of points or elements up to which each has a place of its own.
 const ROWS_MAX: usize = 60;
@@ -18,9 +19,9 @@ const LAYER_OF_DISPLACEMENT: f64 = 2.0;
 /// The same of void ratios, which need more grains.
 const LAYER_OF_VOIDS: f64 = 10.0;
 
-/// The figure of runs that are sheared, each at the last frame of the strain that all have come to.
+/// The figure of runs that are sheared along x while the height grows, each at the last frame of the strain that all have come to.
 pub fn figures(runs: &Runs, number: &str) -> Result<Vec<Drawn>, Error> {
-    if !runs.iter().all(|(run, _)| run.drive.stress.is_some() && run.drive.words.contains("shear")) {
+    if !runs.iter().all(|(run, _)| run.drive.shear == Some([0, run.up()])) {
         return Ok(Vec::new());
     }
     let end = runs.iter().map(|(run, _)| run.last_frame()).fold(f64::INFINITY, f64::min);
@@ -31,7 +32,7 @@ pub fn figures(runs: &Runs, number: &str) -> Result<Vec<Drawn>, Error> {
         let stroke = Stroke::new(colour, 1.8);
         let places = |profile: Vec<[f64; 2]>, unit: f64| profile.iter().map(|[x, y]| [x / unit, 1e3 * y]).collect();
         gone.push(Curve { places: places(displacements(&snapshot), 1e-3), stroke });
-        let profile = void_ratios(&snapshot, across(run));
+        let profile = void_ratios(&snapshot, run.dimension(), across(run, snapshot.time));
         voids.extend((!profile.is_empty()).then(|| Curve { places: places(profile, 1.0), stroke }));
         let at = super::scenes::place(run, frame);
         let words = if runs.len() > 1 { format!("{}, {at}", run.label()) } else { at };
@@ -61,13 +62,17 @@ pub fn figures(runs: &Runs, number: &str) -> Result<Vec<Drawn>, Error> {
     Ok(vec![Drawn { name, drawing, caption: format!("{caption}.") }])
 }
 
-/// Area that a height cuts out of what is sheared, m2, or in the plane the length, m; none where it is not known.
-fn across(run: &Run) -> Option<f64> {
-    if run.dimension() == 2 {
-        return run.number("specimen.width").or_else(|| run.column("edge_xx").first().copied());
+/// Area that a height cuts out of what is sheared at a time, m2, or in the plane the length, m; none where the domain has no periods there.
+fn across(run: &Run, time: f64) -> Option<f64> {
+    if let Some(width) = run.number("specimen.width") {
+        return Some(width);
     }
-    let edge = |axis: &str| run.column(&format!("edge_{axis}{axis}")).first().copied();
-    Some(edge("x")? * edge(if run.up() == 1 { "z" } else { "y" })?)
+    let (row, periodic) = (run.row_at(time), run.value("cell.periodic")?.as_array()?);
+    let edge = |axis: usize| {
+        let is_periodic = periodic.get(axis)?.as_bool()?;
+        run.column(&format!("edge_{0}{0}", AXES[axis])).get(row).copied().filter(|_| is_periodic)
+    };
+    (0..run.dimension()).filter(|axis| *axis != run.up()).map(edge).product()
 }
 
 /// Means of a value over layers of equal heights, or over rows where these are few: mean value and mean height, from below.
@@ -100,7 +105,7 @@ fn displacements(snapshot: &Snapshot) -> Vec<[f64; 2]> {
 }
 
 /// Of RVEs those that they have; of free grains by what they fill of each layer between two heights.
-fn void_ratios(snapshot: &Snapshot, across: Option<f64>) -> Vec<[f64; 2]> {
+fn void_ratios(snapshot: &Snapshot, dimension: usize, across: Option<f64>) -> Vec<[f64; 2]> {
     let of_rves: Vec<[f64; 2]> = snapshot
         .bodies
         .iter()
@@ -116,12 +121,10 @@ fn void_ratios(snapshot: &Snapshot, across: Option<f64>) -> Vec<[f64; 2]> {
     let (Some([low, high]), Some(across)) = (ends, across) else { return Vec::new() };
     let count = ((high - low) / (LAYER_OF_VOIDS * diameter(snapshot))) as usize;
     let height = (high - low) / count as f64;
-    // Spheres have a depth; discs of the plane have none.
-    let in_space = snapshot.bodies.iter().any(|body| body.depth != 0.0);
     let mut solid = vec![0.0; count];
     for body in &grains {
         let r = body.radius;
-        let measure = if in_space { 4.0 / 3.0 * PI * r * r * r } else { PI * r * r };
+        let measure = if dimension == 3 { 4.0 / 3.0 * PI * r * r * r } else { PI * r * r };
         let layer = ((body.position[1] - low) / height) as usize;
         if let Some(sum) = solid.get_mut(layer) {
             *sum += measure;
@@ -167,7 +170,7 @@ mod tests {
         let gone = displacements(&snapshot);
         assert_eq!(gone.len(), 12);
         assert!(gone.iter().enumerate().all(|(row, [x, _])| (*x > 0.0) == (row >= 8)));
-        let voids = void_ratios(&snapshot, None);
+        let voids = void_ratios(&snapshot, 2, None);
         assert!((voids[8][0] - 0.64).abs() < 1e-12 && (voids[7][0] - 0.53).abs() < 1e-12 && voids.len() == 12);
     }
 
@@ -182,12 +185,12 @@ mod tests {
             body(kind, place, [0.1 * place[1], 0.0], 0.5e-3)
         };
         let snapshot = Snapshot { bodies: (0..across * along).map(grain).collect(), ..Snapshot::default() };
-        let voids = void_ratios(&snapshot, Some(0.04));
+        let voids = void_ratios(&snapshot, 2, Some(0.04));
         assert!(voids.len() > 10, "{}", voids.len());
         let inner = mean(&voids.iter().map(|[void, _]| *void).collect::<Vec<_>>());
         assert!((inner / (4.0 / PI - 1.0) - 1.0).abs() < 0.03, "{inner}");
         let gone = displacements(&snapshot);
         assert!(gone.len() == LAYERS && gone.iter().all(|[x, y]| (x - 0.1 * y).abs() < 1e-12));
-        assert!(void_ratios(&snapshot, None).is_empty());
+        assert!(void_ratios(&snapshot, 2, None).is_empty());
     }
 }

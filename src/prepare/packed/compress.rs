@@ -302,7 +302,7 @@ impl Press<'_> {
 
     /// Inserted grains in the cell that is to shrink.
     fn loose<'t, S: Space>(&self, hot: bool, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
-        let share = grain_world::shrinkage::<S>(self.job, self.packed.fraction_start);
+        let share = figures::shrinkage(self.job, self.packed.fraction_start);
         let cell = grain_world::scaled_cell::<S>(self.job, share);
         let made = on_root(transport, || {
             let mut grains = inserted::<S>(self.job, self.packed, &cell, &[])?;

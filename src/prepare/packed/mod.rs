@@ -14,10 +14,11 @@ use crate::bodies::body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::law::memory_words;
-use crate::dem::memories::Carried;
+use crate::dem::tile::tile;
 use crate::dem::walls;
 use crate::domain::transfer;
-use crate::job::assembly::{self, Assembly, Packed, Preparation};
+use crate::job::assembly::{Assembly, Packed, Preparation};
+use crate::job::figures;
 use crate::job::raw::Typed;
 use crate::law::contact::Contact;
 use crate::prepare::cache::{Found, Place};
@@ -41,51 +42,21 @@ pub struct Packing<S: Space> {
 }
 
 impl<S: Space> Packing<S> {
-    /// The copies that a cell has side by side, and that cell, with every contact and what it remembers; those that would lie across an end without a
-    /// period are gone.
-    pub fn repeated(self, of: &assembly::Cell) -> (Vec<GrainRow<S>>, Cell<S>) {
-        let Self { grains, cell: one } = self;
-        let (copies, periodic, total) = (of.copies, of.periodic, of.copies_of_packing());
-        let mut cell = one;
-        cell.periodic = periodic;
-        if total == 1 {
-            return (grains, cell);
-        }
-        let mut edges = cell.edges;
+    /// The copies that a job has side by side, and the cell that holds them.
+    pub fn repeated(self, job: &Assembly) -> (Vec<GrainRow<S>>, Cell<S>) {
+        let Self { grains, mut cell } = self;
+        let Some(copies) = job.cell.copies else { return (grains, cell) };
+        let one = cell.edges;
+        let mut edges = one;
         for axis in 0..S::DIMENSION {
+            let room = figures::room(job, axis);
             (0..S::DIMENSION).for_each(|row| edges[axis * S::DIMENSION + row] *= copies[axis] as f64);
-            edges[axis * S::DIMENSION + axis] += 2.0 * of.room(axis);
-            cell.corner[axis] -= of.room(axis);
+            edges[axis * S::DIMENSION + axis] += 2.0 * room;
+            cell.corner[axis] -= room;
         }
+        cell.periodic = job.cell.periodic;
         cell.arrive(edges);
-        // Ids keep their order, and with it the sense of what contacts remember.
-        let number = |at: [u64; 3]| at[0] + copies[0] * (at[1] + copies[1] * at[2]);
-        let mut rows = Vec::with_capacity(grains.len() * total as usize);
-        for row in &grains {
-            for copy in 0..total {
-                let at = [copy % copies[0], copy / copies[0] % copies[1], copy / (copies[0] * copies[1])];
-                let partner_of = |(partner, memory): &Carried| {
-                    let image = one.image_towards(&row.hot.position, &grains[partner.0 as usize].hot.position);
-                    let mut of_partner = [0; 3];
-                    for axis in 0..3 {
-                        let (place, count) = (at[axis] as i64 - i64::from(image[axis]), copies[axis] as i64);
-                        if !periodic[axis] && !(0..count).contains(&place) {
-                            return None;
-                        }
-                        of_partner[axis] = place.rem_euclid(count) as u64;
-                    }
-                    Some((GrainId(partner.0 * total + number(of_partner)), *memory))
-                };
-                let mut grain =
-                    GrainRow { contacts: row.contacts.iter().filter_map(partner_of).collect(), ..row.clone() };
-                grain.contacts.sort_unstable_by_key(|(partner, _)| *partner);
-                grain.hot.position += one.shift(at.map(|along| along as i32));
-                grain.cold.id = GrainId(row.cold.id.0 * total + copy);
-                (grain.cold.origin, grain.cold.home) = (grain.hot.position, grain.hot.position);
-                rows.push(grain);
-            }
-        }
-        (rows, cell)
+        (tile(grains, &one, copies.map(|count| count as usize), cell.periodic), cell)
     }
 
     /// Grains of copies side by side, so many along each axis from `lower` on, m: id, place, and the grain that each is a copy of.

@@ -330,10 +330,10 @@ fn copies_are_alike<S: Space>(text: &str, copies: &str, count: usize) {
     let packing = made::<S>(&one, &Solo).unwrap();
     let contacts = |rows: &[GrainRow<S>]| rows.iter().map(|row| row.contacts.len()).sum::<usize>();
     let (single, edges) = (contacts(&packing.grains), packing.cell.edges);
-    let (rows, cell) = packing.repeated(&all.cell);
+    let (rows, cell) = packing.repeated(&all);
     assert_eq!((rows.len(), contacts(&rows)), (count * figures::grains(&one).unwrap() as usize, count * single));
     assert!(rows.iter().enumerate().all(|(at, row)| row.cold.id == GrainId(at as u64)));
-    assert_eq!(cell.edges[0], edges[0] * all.cell.copies[0] as f64);
+    assert_eq!(cell.edges[0], edges[0] * all.cell.counts()[0] as f64);
     // Across an open end nothing touches: less by the contacts that one packing has through that face.
     let [packing, again] = [(); 2].map(|()| made::<S>(&one, &Solo).unwrap());
     let crossing = |row: &GrainRow<S>| {
@@ -344,11 +344,13 @@ fn copies_are_alike<S: Space>(text: &str, copies: &str, count: usize) {
         row.contacts.iter().filter(|(partner, _)| image(*partner) != 0).count()
     };
     let across: usize = again.grains.iter().map(crossing).sum();
-    let faces = count / all.cell.copies[1] as usize;
-    let open = crate::job::assembly::Cell { periodic: [true, false, true], ..all.cell.clone() };
+    let faces = count / all.cell.counts()[1] as usize;
+    let mut open = all.clone();
+    open.cell.periodic[1] = false;
     let (rows, with_room) = packing.repeated(&open);
-    let beyond = 2.0 * open.room(1) + cell.edges[S::DIMENSION + 1] - with_room.edges[S::DIMENSION + 1];
-    assert!(open.room(1) > 0.0 && beyond.abs() < 1e-12, "{beyond}");
+    let room = figures::room(&open, 1);
+    let beyond = 2.0 * room + cell.edges[S::DIMENSION + 1] - with_room.edges[S::DIMENSION + 1];
+    assert!(room > 0.0 && beyond.abs() < 1e-12, "{beyond}");
     assert!(across > 8);
     assert_eq!(contacts(&rows), count * single - faces * across);
 }
@@ -524,7 +526,7 @@ fn tiles<S: Space>(text: &str, counts: [usize; 3], lean: f64) {
     edges[(S::DIMENSION - 1) * S::DIMENSION] += lean * edges[0];
     let copies = counts.iter().product::<usize>() as u64;
     let cell = tiled_cell(&packing.cell, counts);
-    let mut tiled = tile(packing.grains.clone(), &edges, counts);
+    let mut tiled = tile(packing.grains.clone(), &edges, counts, [true; 3]);
     for row in &mut tiled {
         cell.wrap(&mut row.hot.position, &mut row.hot.velocity);
         row.cold.home = row.hot.position;

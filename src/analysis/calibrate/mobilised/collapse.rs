@@ -2,6 +2,7 @@
 //! the stress that the law is driven at.
 
 use super::{Calibration, KINDS, Specimen};
+use crate::analysis::calibrate::element::Row;
 use crate::analysis::calibrate::path::Kept;
 use crate::job::significant;
 
@@ -12,6 +13,8 @@ const LOST: f64 = 0.9;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collapse {
     pub seed: u64,
+    /// Whether grains cohere as in the job; those that do are tested without cohesion too.
+    pub coheres: bool,
     /// Which of [`KINDS`].
     pub kind: usize,
     /// Of the stress to be kept.
@@ -23,8 +26,9 @@ impl Collapse {
     pub fn words(&self) -> String {
         let percent = |share: f64| significant(100.0 * share, 2);
         format!(
-            "the packing of seed {} collapsed: {} % of the stress that is kept, at {} % of strain",
+            "the packing of seed {}{} collapsed: {} % of the stress that is kept, at {} % of strain",
             self.seed,
+            if self.coheres { "" } else { ", without cohesion," },
             percent(self.share),
             percent(self.strain)
         )
@@ -35,18 +39,24 @@ impl Calibration {
     /// Of the packings that are fitted and of those that are held back, test by test.
     pub fn collapses(&self) -> Vec<Collapse> {
         let all = || self.fitted.iter().chain(&self.held);
-        (0..KINDS.len()).flat_map(|kind| all().filter_map(move |one| collapse(one, kind, self.stress))).collect()
+        let of_tests = |one: &Specimen, kind: usize| {
+            [(&one.tests, true), (&one.dry, false)].map(|(tests, coheres)| {
+                let rows = &tests.get(kind)?.rows;
+                collapse(rows, kind, self.stress).map(|found| Collapse { seed: one.seed, coheres, ..found })
+            })
+        };
+        (0..KINDS.len()).flat_map(|kind| all().flat_map(move |one| of_tests(one, kind)).flatten()).collect()
     }
 }
 
-fn collapse(specimen: &Specimen, kind: usize, stress: f64) -> Option<Collapse> {
+fn collapse(rows: &[Row], kind: usize, stress: f64) -> Option<Collapse> {
     let component = match KINDS[kind].kept() {
         Kept::NormalStress => 2,
         Kept::LateralStress => 0,
         Kept::Volume => return None,
     };
     let share = |stress_kept: f64| -stress_kept / (KINDS[kind].share * stress);
-    let rows = specimen.tests[kind].rows.iter().map(|row| (share(row.stress[component]), row.strain));
+    let rows = rows.iter().map(|row| (share(row.stress[component]), row.strain));
     let (share, strain) = rows.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (share < LOST).then_some(Collapse { seed: specimen.seed, kind, share, strain })
+    (share < LOST).then_some(Collapse { seed: 0, coheres: true, kind, share, strain })
 }

@@ -30,7 +30,7 @@ mod written;
 
 use fit::{COUNT, Fit, Given, fit};
 pub use kinds::{KINDS, Kind, LOOSE};
-pub use quality::{Quality, averaged, quality};
+pub use quality::{Quality, STRAIN_SMOOTH, averaged, quality};
 pub use read::DATA;
 
 /// Ends of the thirds of a test; the last has no other end than the test's.

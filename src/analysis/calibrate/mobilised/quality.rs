@@ -7,7 +7,7 @@ use crate::analysis::calibrate::model::Curve;
 use crate::base::math;
 
 /// Strain over which the mean curve is averaged to see its peak.
-const STRAIN_SMOOTH: f64 = 0.004;
+pub const STRAIN_SMOOTH: f64 = 0.004;
 /// The plateau is where the mean curve is nearer to its peak than this share of it.
 const PLATEAU: f64 = 0.02;
 /// Strain to which tests that are not fitted are held.
