@@ -353,6 +353,8 @@ def layers(folder, rows_of_height=12, between=(0.8, 1.0), last=0.12):
     print(f"{folder}: shear stress over {pressure / 1e3:.0f} kPa, {calm[peak]:.3f} at most at {100 * strains[peak]:.2f} %; " + ", ".join(f"{level(e):.3f} at {100 * e:g} %" for e in wanted))
     end = min(last, at[-1])
     first, final = [int(abs(at - share * end).argmin()) for share in between]
+    if final == first:
+        return print("  too few frames for a profile")
     for parts in finer:
         count = rows_of_height * parts
         edges = numpy.linspace(low, high, count + 1)

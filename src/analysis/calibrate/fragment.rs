@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::element::{INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_SMALL, STRAIN_VOLUME};
+use super::columns::Columns;
+use super::element::{INERTIAL_COMPRESSION, INERTIAL_SHEAR, STRAIN_SMALL, STRAIN_VOLUME};
 use super::fit::{Fit, response};
 use super::{Calibration, KEYS, Key};
 use crate::job::significant;
@@ -90,14 +91,14 @@ impl Calibration {
             },
             "packings": self.specimens.iter().map(|specimen| json!({
                 "seed": specimen.seed,
-                "isotropic": columns(&specimen.isotropic),
-                "uniaxial": columns(&specimen.uniaxial),
+                "isotropic": Columns::of(&specimen.isotropic),
+                "uniaxial": Columns::of(&specimen.uniaxial),
                 "shear": {
                     "stress": specimen.shear.stress,
-                    "grains": columns(&specimen.shear.rows),
-                    "law": response(&self.fit.law, &specimen.shear).map(|response| columns(&response.rows)),
+                    "grains": Columns::of(&specimen.shear.rows),
+                    "law": response(&self.fit.law, &specimen.shear).map(|response| Columns::of(&response.rows)),
                 },
-                "shear_without_cohesion": specimen.dry.as_ref().map(|dry| columns(&dry.rows)),
+                "shear_without_cohesion": specimen.dry.as_ref().map(|dry| Columns::of(&dry.rows)),
             })).collect::<Vec<_>>(),
         })
     }
@@ -113,19 +114,6 @@ impl Fit {
         let bound = if self.is_at_bound(key) { ", at its bound" } else { "" };
         format!("{}{bound}", in_unit(key, (key.of)(&self.law), 4))
     }
-}
-
-/// A series as columns; stresses in Pa, tension positive.
-fn columns(rows: &[Row]) -> Value {
-    let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
-    json!({
-        "strain": column(|row| row.strain),
-        "stress_xx": column(|row| row.stress[0]),
-        "stress_xy": column(|row| row.stress[1]),
-        "stress_yy": column(|row| row.stress[2]),
-        "pressure": column(|row| row.pressure),
-        "fraction": column(|row| row.fraction),
-    })
 }
 
 /// A figure with so many significant digits in the unit that people use.

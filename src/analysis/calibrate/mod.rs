@@ -11,6 +11,7 @@ use crate::base::error::Error;
 use crate::base::math;
 use crate::law::material::CriticalDruckerPrager;
 
+mod columns;
 pub mod element;
 pub mod fit;
 pub mod fragment;

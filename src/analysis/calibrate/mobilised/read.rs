@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::{KINDS, Kind, Specimen, Tested, Tests, Wanted, elements};
 use crate::analysis::calibrate::Subject;
-use crate::analysis::calibrate::element::Row;
+use crate::analysis::calibrate::columns::Columns;
 use crate::analysis::calibrate::layers::Profile;
 use crate::base::error::Error;
 use crate::job::Job;
@@ -43,17 +43,6 @@ struct TestData {
     rows: Columns,
     /// Strain of a profile, and the share of each layer.
     layers: Vec<(f64, Vec<f64>)>,
-}
-
-/// Stresses in Pa, tension positive; pressure compression positive.
-#[derive(Deserialize)]
-struct Columns {
-    strain: Vec<f64>,
-    stress_xx: Vec<f64>,
-    stress_xy: Vec<f64>,
-    stress_yy: Vec<f64>,
-    pressure: Vec<f64>,
-    fraction: Vec<f64>,
 }
 
 impl Tests {
@@ -158,22 +147,4 @@ fn tested(tests: Vec<TestData>, count: usize) -> Option<Vec<Tested>> {
         Some(Tested { rows: test.rows.rows()?, profiles })
     };
     tests.into_iter().map(of).collect()
-}
-
-impl Columns {
-    /// None where columns are of different lengths, or empty.
-    fn rows(&self) -> Option<Vec<Row>> {
-        let count = self.strain.len();
-        let others = [&self.stress_xx, &self.stress_xy, &self.stress_yy, &self.pressure, &self.fraction];
-        if count == 0 || others.iter().any(|column| column.len() != count) {
-            return None;
-        }
-        let row = |index: usize| Row {
-            strain: self.strain[index],
-            stress: [self.stress_xx[index], self.stress_xy[index], self.stress_yy[index]],
-            pressure: self.pressure[index],
-            fraction: self.fraction[index],
-        };
-        Some((0..count).map(row).collect())
-    }
 }

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::musts::{Must, musts};
 use super::{BAND, Calibration, Figure, KINDS, Kind, LOOSE, Quality, Shown, Specimen, Tested, Tests, Unloading};
+use crate::analysis::calibrate::columns::Columns;
 use crate::analysis::calibrate::element::{
     Course, INERTIAL_COMPRESSION, INERTIAL_CYCLES, INERTIAL_SHEAR, Row, STRAIN_REVERSAL, STRAIN_SMALL,
 };
@@ -270,8 +271,8 @@ impl Shown {
             "peak": { "grains": quality.peak[0], "law": quality.peak[1], "plateau_of_grains": quality.plateau },
             "volume_strain_end": { "grains": quality.volume_end[0], "law": quality.volume_end[1] },
             "volume_strain_off_largest": { "first_third": quality.volume_largest[0], "all": quality.volume_largest[1] },
-            "mean": columns(&self.curve.rows),
-            "law": columns(&law),
+            "mean": Columns::of(&self.curve.rows),
+            "law": Columns::of(&law),
             "law_volume": self.law.iter().map(|(_, volume)| *volume).collect::<Vec<f64>>(),
         })
     }
@@ -283,7 +284,7 @@ impl Specimen {
             let one = |(kind, tested): (&Kind, &Tested)| {
                 json!({
                     "test": kind.words(),
-                    "rows": columns(&tested.rows),
+                    "rows": Columns::of(&tested.rows),
                     "layers": tested.profiles.iter().map(|profile| json!([profile.strain, profile.shares])).collect::<Vec<_>>(),
                 })
             };
@@ -291,23 +292,10 @@ impl Specimen {
         };
         json!({
             "seed": self.seed,
-            "isotropic": columns(&self.isotropic),
-            "uniaxial": columns(&self.uniaxial),
+            "isotropic": Columns::of(&self.isotropic),
+            "uniaxial": Columns::of(&self.uniaxial),
             "tests": tests(&self.tests),
             "tests_without_cohesion": tests(&self.dry),
         })
     }
-}
-
-/// A series as columns; stresses in Pa, tension positive.
-fn columns(rows: &[Row]) -> Value {
-    let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
-    json!({
-        "strain": column(|row| row.strain),
-        "stress_xx": column(|row| row.stress[0]),
-        "stress_xy": column(|row| row.stress[1]),
-        "stress_yy": column(|row| row.stress[2]),
-        "pressure": column(|row| row.pressure),
-        "fraction": column(|row| row.fraction),
-    })
 }
