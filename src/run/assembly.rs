@@ -18,6 +18,7 @@ use crate::mpm::stress::{SharedMaterial, no_material};
 use crate::prepare::grain_world::{self, GrainWorld};
 use crate::prepare::{grain_file, packed};
 use crate::run::Core;
+use crate::run::columns::servo::Watch;
 use crate::run::columns::{self, Columns, Work, of_body, of_tensor, row_of_tensor};
 use crate::run::experiment::{Experiment, Picture, Setup};
 use crate::run::folder::Folder;
@@ -154,12 +155,17 @@ fn state<S: Space>(job: &Assembly) -> Columns<'_, S> {
 
 /// Of every body the mean force (N) and torque (N m) of the grains on it since the last row, and its displacement (m).
 fn bodies<S: Space>(job: &Assembly) -> Columns<'_, S> {
-    Columns::new(job.bodies.iter().flat_map(|body| of_body::<S>(&body.name)), |core: &mut GrainCore<S>| {
+    let mut watch = Watch::default();
+    Columns::new(job.bodies.iter().flat_map(|body| of_body::<S>(&body.name)), move |core: &mut GrainCore<S>| {
         let (world, mut row) = (&mut core.world, Vec::new());
         let duration = (world.step - core.progress.series_step) as f64 * job.step;
-        for body in &mut world.bodies {
+        let (step, is_root) = (world.step, world.transport.rank() == 0);
+        for (number, body) in world.bodies.iter_mut().enumerate() {
             let impulse = std::mem::replace(&mut body.impulse, S::Vector::zero());
             let turn = std::mem::replace(&mut body.impulse_angular, S::Spin::zero());
+            if let Some(words) = watch.look(number, body, &(impulse * (1.0 / duration))).filter(|_| is_root) {
+                tracing::warn!("warning: step {step}: {words}");
+            }
             row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
             row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
             row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));

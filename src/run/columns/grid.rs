@@ -2,6 +2,7 @@
 
 use scree_partition::ExactSum;
 
+use super::servo::Watch;
 use super::{Columns, of_body, of_symmetric, of_tensor, of_vector, row_of_symmetric, row_of_tensor};
 use crate::base::ids::PointId;
 use crate::base::space::{AXES, Linear, Space};
@@ -173,8 +174,10 @@ pub fn reactions<S: Space>(job: &Mpm) -> Columns<'_, S> {
     };
     let of_bodies = job.bodies.iter().flat_map(|body| of_body::<S>(&body.body.name));
     let names: Vec<String> = faces.iter().flat_map(of_face).chain(of_bodies).collect();
+    let mut watch = Watch::default();
     Columns::new(names, move |core: &mut Core<S>| {
         let world = &mut core.world;
+        let is_root = world.transport.rank() == 0;
         let reactions: [f64; REACTIONS] = world.take_reactions()?;
         core.progress.kept.take(&reactions);
         let duration = (world.step - core.progress.series_step) as f64 * world.settings.grains.dt;
@@ -185,6 +188,11 @@ pub fn reactions<S: Space>(job: &Mpm) -> Columns<'_, S> {
         }
         for (number, body) in world.bodies.iter().enumerate() {
             let (impulse, turn) = grid::body_impulse(&reactions, number);
+            let mut force = S::Vector::zero();
+            (0..S::DIMENSION).for_each(|axis| force[axis] = impulse[axis] / duration);
+            if let Some(words) = watch.look(number, body, &force).filter(|_| is_root) {
+                tracing::warn!("warning: step {}: {words}", world.step);
+            }
             row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
             row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
             row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));

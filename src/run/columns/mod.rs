@@ -6,6 +6,7 @@ use crate::domain::accounts::ledger::{Balance, SPENT};
 use crate::run::Core;
 
 pub mod grid;
+pub mod servo;
 
 /// Numbers of a group, by all ranks together.
 type Row<'s, S> = Box<dyn for<'t> FnMut(&mut Core<'t, S>) -> Result<Vec<f64>, Error> + 's>;
