@@ -184,6 +184,11 @@ impl Press {
         let fastest = velocities.max_by(|a, b| speed(a).total_cmp(&speed(b))).filter(|of| speed(of) > 0.0)?;
         let axis =
             (0..axes).reduce(|best, axis| if fastest[axis].abs() > fastest[best].abs() { axis } else { best })?;
+        let (name, sign) = (body.get("name").and_then(Value::as_str)?.to_owned(), fastest[axis].signum());
+        let across = |normal: usize| (normal != axis).then_some(normal);
+        if let Some((normal, gap, area)) = facing(body, run) {
+            return Some(Self { name, axis, sign, bearing: Some((area, gap, true)), shears: across(normal) });
+        }
         let list = |key: &str| Some(numbers(body.get(key))).filter(|list| list.len() == axes);
         let extents = |ends: &[[f64; 2]]| ends.iter().map(|[lower, upper]| upper - lower).collect::<Vec<_>>();
         let own = match (list("lower").zip(list("upper")), body.get("radius").and_then(as_number)) {
@@ -199,15 +204,6 @@ impl Press {
         let own: Option<Vec<f64>> = own.filter(|own| !covers(own));
         let is_plane = own.is_none();
         let sizes = own.or(whole);
-        if let Some((normal, gap, area)) = facing(body, run) {
-            return Some(Self {
-                name: body.get("name").and_then(Value::as_str)?.to_owned(),
-                axis,
-                sign: fastest[axis].signum(),
-                bearing: Some((area, gap, true)),
-                shears: (normal != axis).then_some(normal),
-            });
-        }
         let side = body.get("side").and_then(Value::as_str).unwrap_or_default();
         let normal = AXES.iter().position(|name| side.starts_with(name)).unwrap_or(axis);
         let depth = if axes == 2 { run.number("grid.depth") } else { Some(1.0) };
@@ -216,13 +212,7 @@ impl Press {
             let area = across.clone().product::<f64>() * depth;
             (area, if is_plane { sizes[normal] } else { across.fold(f64::INFINITY, f64::min) }, is_plane)
         };
-        Some(Self {
-            name: body.get("name").and_then(Value::as_str)?.to_owned(),
-            axis,
-            sign: fastest[axis].signum(),
-            bearing: sizes.zip(depth).map(bearing),
-            shears: (normal != axis).then_some(normal),
-        })
+        Some(Self { name, axis, sign, bearing: sizes.zip(depth).map(bearing), shears: across(normal) })
     }
 
     fn column<'r>(&self, run: &'r Run, what: &str) -> Result<&'r [f64], Error> {

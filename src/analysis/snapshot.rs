@@ -95,6 +95,8 @@ pub struct Snapshot {
     pub time: f64,
     pub bodies: Vec<Body>,
     pub vertices: Vec<[f64; 2]>,
+    /// Lower corner of the cell, m; none where the frame has none.
+    pub corner: Option<[f64; 2]>,
 }
 
 impl Snapshot {
@@ -128,7 +130,12 @@ impl Snapshot {
         let (kinds, ids) = (integers("kind")?, integers("id")?);
         let (radii, weights, displacements) = (reals("radius", 1)?, reals("weight", 1)?, reals("displacement", 3)?);
         let stresses = reals("stress", tensor)?;
-        let mut snapshot = Self { time: frame.time, bodies: Vec::with_capacity(rows), vertices: Vec::new() };
+        let corner =
+            frame.whole.iter().find(|column| column.name == "cell_corner").and_then(|column| match &column.values {
+                Values::F64(values) => Some([*values.first()?, *values.get(up)?]),
+                _ => None,
+            });
+        let mut snapshot = Self { time: frame.time, bodies: Vec::with_capacity(rows), vertices: Vec::new(), corner };
         for (row, place) in frame.positions.iter().enumerate() {
             let kind = match kinds[row] {
                 0 => Kind::Point,

@@ -549,7 +549,7 @@ impl<'t, S: Space> World<'t, S> {
         self.subdomain.layout.place::<S>(&self.assembly.cell_home.fraction(home), parts).ok_or_else(|| {
             let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(
-                "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable, or the domain too small: check time.step and the last frames, or move the edges of the domain outwards (cell.lower and cell.upper, of a continuum grid.lower and grid.upper)",
+                "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable, or the domain too small: check time.step and the last frames, or move the edges of the domain outwards (cell.lower and cell.upper, of a continuum grid.lower and grid.upper; beyond the open ends of cell.copies a quarter of their length is free)",
                 self.step,
                 self.transport.rank(),
                 place.join(", "),

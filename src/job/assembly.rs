@@ -223,7 +223,7 @@ impl Cell {
 
     fn keys_of_copies(&mut self, form: &mut dyn Form) {
         let about =
-            "copies of the packing side by side along each axis, of which lower, upper and grains.count are one's";
+            "copies of the packing side by side along each axis; lower, upper and grains.count are those of one copy";
         let mut copies = self.copies.map(|copies| copies.map(|count| count as f64));
         form.vector_if_given(&mut copies, vector("copies", about, RATIO, "2").optional());
         if !form.is_needed() {

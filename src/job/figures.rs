@@ -126,9 +126,8 @@ pub fn fraction_in_cell(assembly: &Assembly) -> Option<f64> {
     let Source::Packed(packed) = &assembly.source else {
         return None;
     };
-    let cell = &assembly.cell;
-    let of_copy: f64 = (0..cell.dimension).map(|axis| cell.upper[axis] - cell.lower[axis]).product();
-    Some(packed.count as f64 * grain_measure(&packed.sizes, cell.dimension) / of_copy)
+    let count = grains(assembly)? as f64;
+    Some(count * grain_measure(&packed.sizes, assembly.cell.dimension) / cell_measure(assembly))
 }
 
 /// The same of grains of a CSV file, as far as it can be read; the box of a LAMMPS data file is held against the cell anyway.

@@ -170,6 +170,11 @@ mod tests {
         let Source::Packed(packed) = &wide.source else { unreachable!() };
         assert_eq!((wide.cell.upper[0], wide.cell.upper[1], packed.count), (0.04, 0.02, 800));
         assert!(overrides(&uniaxial, 1).unwrap().is_empty());
+        let copies = load("element/uniaxial.toml", &["cell.copies=[3, 1]".into()]);
+        let wider: Vec<String> =
+            ["cell.copies=[3, 1]".into()].into_iter().chain(overrides(&copies, 2).unwrap()).collect();
+        let Job::Assembly(wide) = load("element/uniaxial.toml", &wider) else { unreachable!() };
+        assert_eq!((wide.cell.copies, wide.cell.upper[0]), (Some([6, 1, 1]), 0.02));
     }
 
     #[test]

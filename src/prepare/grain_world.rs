@@ -303,8 +303,9 @@ fn glue_layers<S: Space>(job: &Assembly, grains: &mut [GrainRow<S>], cell: &Cell
             continue;
         }
         let ends = |axis: usize| {
-            let edge = cell.corner[axis] + cell.edges[axis * S::DIMENSION + axis];
-            format!("{:.4e} to {edge:.4e} m along {}", cell.corner[axis], AXES[axis])
+            let (start, room) = (cell.corner[axis], figures::room(job, axis));
+            let end = start + cell.edges[axis * S::DIMENSION + axis];
+            format!("{:.4e} to {:.4e} m along {}", start + room, end - room, AXES[axis])
         };
         let reaches: Vec<String> = (0..S::DIMENSION).map(ends).collect();
         return Err(Error::User(format!(

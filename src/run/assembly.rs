@@ -159,13 +159,11 @@ fn bodies<S: Space>(job: &Assembly) -> Columns<'_, S> {
     Columns::new(job.bodies.iter().flat_map(|body| of_body::<S>(&body.name)), move |core: &mut GrainCore<S>| {
         let (world, mut row) = (&mut core.world, Vec::new());
         let duration = (world.step - core.progress.series_step) as f64 * job.step;
-        let (step, is_root) = (world.step, world.transport.rank() == 0);
+        let speaker = (world.step, world.transport.rank() == 0);
         for (number, body) in world.bodies.iter_mut().enumerate() {
             let impulse = std::mem::replace(&mut body.impulse, S::Vector::zero());
             let turn = std::mem::replace(&mut body.impulse_angular, S::Spin::zero());
-            if let Some(words) = watch.look(number, body, &(impulse * (1.0 / duration))).filter(|_| is_root) {
-                tracing::warn!("warning: step {step}: {words}");
-            }
+            watch.tell(number, body, &(impulse * (1.0 / duration)), speaker);
             row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
             row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
             row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));

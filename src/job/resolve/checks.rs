@@ -163,28 +163,26 @@ fn check_copies(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     if figures::grains(assembly).is_some_and(|grains| grains > GRAINS_MAX) {
         return refused("copies", &format!("make more than {} grains of grains.count. Take fewer.", GRAINS_MAX as f64));
     }
-    let Some(open) = (0..cell.dimension).find(|axis| !cell.periodic[*axis]) else { return Ok(()) };
-    if cell.servo.is_some() {
+    let open: Vec<usize> = (0..cell.dimension).filter(|axis| !cell.periodic[*axis]).collect();
+    if !open.is_empty() && cell.servo.is_some() {
         return refused(
             "stress_normal",
             "holds a stress of the whole cell, and copies with an open end do not fill it. Hold a layer by its servo instead, or make every axis periodic.",
         );
     }
-    let layers = || {
-        assembly.bodies.iter().filter_map(|body| match &body.shape {
-            Shape::Layer { lower, upper } => Some((lower[open], upper[open])),
+    let is_held = |axis: usize| {
+        let layers = assembly.bodies.iter().filter_map(|body| match &body.shape {
+            Shape::Layer { lower, upper } => Some((lower[axis], upper[axis])),
             _ => None,
-        })
+        });
+        let lowest = layers.clone().map(|(_, upper)| upper).fold(f64::INFINITY, f64::min);
+        let highest = layers.map(|(lower, _)| lower).fold(f64::NEG_INFINITY, f64::max);
+        highest > lowest || (assembly.gravity[axis] != 0.0 && lowest.is_finite())
     };
-    let ends = layers().map(|(_, upper)| upper).fold(f64::INFINITY, f64::min);
-    let is_held =
-        layers().any(|(lower, _)| lower > ends) || (assembly.gravity[open] != 0.0 && layers().next().is_some());
-    if is_held {
-        return Ok(());
-    }
+    let Some(axis) = open.into_iter().find(|axis| !is_held(*axis)) else { return Ok(()) };
     let problem = format!(
         "leaves the ends of the copies open along {}, and nothing holds them there. Add a [[body]] with shape = \"layer\" at either end, or make the axis periodic.",
-        AXES[open]
+        AXES[axis]
     );
     refused("periodic", &problem)
 }

@@ -6,11 +6,9 @@ use super::numbers::significant;
 use super::svg::{INK, Stroke};
 use crate::analysis::calibrate::element::{Course, Row};
 use crate::analysis::calibrate::fit::sine;
-use crate::analysis::calibrate::mobilised::{STRAIN_SMOOTH, Shown, averaged};
+use crate::analysis::calibrate::mobilised::{SHARE_CRITICAL, STRAIN_SMOOTH, Shown, averaged};
 use crate::base::math::{self, PI};
 
-/// Share of a test, its end, that is taken for the critical state.
-const SHARE_CRITICAL: f64 = 0.3;
 /// Pieces of half a circle.
 const PIECES: u32 = 90;
 

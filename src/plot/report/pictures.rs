@@ -51,13 +51,15 @@ pub struct Picture<'a> {
     pub titles: [String; 2],
     pub bodies: Vec<Valued>,
     pub vertices: Vec<[f64; 2]>,
+    /// Of the cell, m.
+    pub corner: Option<[f64; 2]>,
     pub band: Option<Band>,
 }
 
 impl<'a> Picture<'a> {
     pub fn of(run: &'a Run, snapshot: &Snapshot, bodies: Vec<Valued>, titles: [String; 2]) -> Self {
-        let vertices = snapshot.vertices.clone();
-        Self { run, time: snapshot.time, head: String::new(), titles, bodies, vertices, band: None }
+        let (vertices, corner) = (snapshot.vertices.clone(), snapshot.corner);
+        Self { run, time: snapshot.time, head: String::new(), titles, bodies, vertices, corner, band: None }
     }
 }
 
@@ -144,7 +146,7 @@ impl View {
         let around = |axis: usize| {
             let bodies = picture.bodies.iter();
             let ends = bodies.flat_map(|row| [-1.0, 1.0].map(|side| row.body.position[axis] + side * row.body.radius));
-            range(ends.chain(cell(picture.run, picture.time).into_iter().flatten().map(|corner| corner[axis])))
+            range(ends.chain(cell(picture).into_iter().flatten().map(|corner| corner[axis])))
         };
         let roomy = |[lower, upper]: [f64; 2]| {
             let room = 0.03 * (upper - lower);
@@ -163,25 +165,22 @@ impl View {
     }
 }
 
-/// Corners of the face of the cell that is seen, at a time, m.
-fn cell(run: &Run, time: f64) -> Option<[[f64; 2]; 4]> {
+/// Corners of the face of the cell that is seen, m.
+fn cell(&Picture { run, time, corner, .. }: &Picture) -> Option<[[f64; 2]; 4]> {
     run.scenario.get("cell")?;
     let axes = ["x", "y", "z"];
     let (row, up) = (run.row_at(time), run.up());
-    let (lower, upper) = (run.numbers("cell.lower"), run.numbers("cell.upper"));
-    let periodic = run.value("cell.periodic").and_then(toml::Value::as_array);
-    let is_open = |axis: usize| periodic.and_then(|all| all.get(axis)?.as_bool()) == Some(false);
-    // Beyond the open ends of copies there is room that is nothing to be seen.
-    let copies = run.numbers("cell.copies");
-    let drawn = |axis: usize| Some((upper.get(axis)? - lower.get(axis)?) * copies.get(axis)?);
-    let corner = [0, up].map(|axis| lower.get(axis).copied().unwrap_or(0.0));
+    let lower = run.numbers("cell.lower");
+    let lower = [0, up].map(|axis| lower.get(axis).copied().unwrap_or(0.0));
+    // At the open ends of copies there is room that is nothing to be seen.
+    let room = corner.map_or([0.0; 2], |corner| [lower[0] - corner[0], lower[1] - corner[1]]);
     let entry = |i: usize, j: usize| {
         let edge = run.column(&format!("edge_{}{}", axes[i], axes[j])).get(row).copied().unwrap_or(0.0);
-        if i == j && is_open(i) { drawn(i).unwrap_or(edge) } else { edge }
+        if i == j { edge - 2.0 * room[usize::from(i == up)] } else { edge }
     };
     Some([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[first, second]| {
         let place = |axis: usize| first * entry(axis, 0) + second * entry(axis, up);
-        [corner[0] + place(0), corner[1] + place(up)]
+        [lower[0] + place(0), lower[1] + place(up)]
     }))
 }
 
@@ -364,7 +363,7 @@ impl Panel<'_> {
         let [lower, upper] = ["grid.lower", "grid.upper"].map(|path| run.numbers(path));
         let grid =
             (lower.len() > up && upper.len() > up).then(|| corners([lower[0], lower[up]], [upper[0], upper[up]]));
-        for outline in cell(run, time).into_iter().chain(grid) {
+        for outline in cell(self.picture).into_iter().chain(grid) {
             self.polygon(svg, outline, thin);
         }
         let row = run.row_at(time);

@@ -177,7 +177,7 @@ pub fn reactions<S: Space>(job: &Mpm) -> Columns<'_, S> {
     let mut watch = Watch::default();
     Columns::new(names, move |core: &mut Core<S>| {
         let world = &mut core.world;
-        let is_root = world.transport.rank() == 0;
+        let speaker = (world.step, world.transport.rank() == 0);
         let reactions: [f64; REACTIONS] = world.take_reactions()?;
         core.progress.kept.take(&reactions);
         let duration = (world.step - core.progress.series_step) as f64 * world.settings.grains.dt;
@@ -190,9 +190,7 @@ pub fn reactions<S: Space>(job: &Mpm) -> Columns<'_, S> {
             let (impulse, turn) = grid::body_impulse(&reactions, number);
             let mut force = S::Vector::zero();
             (0..S::DIMENSION).for_each(|axis| force[axis] = impulse[axis] / duration);
-            if let Some(words) = watch.look(number, body, &force).filter(|_| is_root) {
-                tracing::warn!("warning: step {}: {words}", world.step);
-            }
+            watch.tell(number, body, &force, speaker);
             row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
             row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
             row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));

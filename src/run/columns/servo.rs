@@ -22,8 +22,15 @@ struct Watched {
 }
 
 impl Watch {
-    /// Looks at a body with its mean force over a row, N; what to say, once.
-    pub fn look<S: Space>(&mut self, number: usize, body: &Body<S>, force: &S::Vector) -> Option<String> {
+    /// Looks at a body with its mean force over a row, N, and warns once, if this rank speaks.
+    pub fn tell<S: Space>(&mut self, number: usize, body: &Body<S>, force: &S::Vector, (step, speaks): (u64, bool)) {
+        if let Some(words) = self.look(number, body, force).filter(|_| speaks) {
+            tracing::warn!("warning: step {step}: {words}");
+        }
+    }
+
+    /// What to say, once.
+    fn look<S: Space>(&mut self, number: usize, body: &Body<S>, force: &S::Vector) -> Option<String> {
         let servo = body.servo.as_ref()?;
         if self.bodies.len() <= number {
             self.bodies.resize(number + 1, Watched::default());

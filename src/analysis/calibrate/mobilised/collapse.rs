@@ -41,15 +41,16 @@ impl Calibration {
         let all = || self.fitted.iter().chain(&self.held);
         let of_tests = |one: &Specimen, kind: usize| {
             [(&one.tests, true), (&one.dry, false)].map(|(tests, coheres)| {
-                let rows = &tests.get(kind)?.rows;
-                collapse(rows, kind, self.stress).map(|found| Collapse { seed: one.seed, coheres, ..found })
+                let (share, strain) = lost(&tests.get(kind)?.rows, kind, self.stress)?;
+                Some(Collapse { seed: one.seed, coheres, kind, share, strain })
             })
         };
         (0..KINDS.len()).flat_map(|kind| all().flat_map(move |one| of_tests(one, kind)).flatten()).collect()
     }
 }
 
-fn collapse(rows: &[Row], kind: usize, stress: f64) -> Option<Collapse> {
+/// Share of the stress to be kept and strain where it is least, if it is lost.
+fn lost(rows: &[Row], kind: usize, stress: f64) -> Option<(f64, f64)> {
     let component = match KINDS[kind].kept() {
         Kept::NormalStress => 2,
         Kept::LateralStress => 0,
@@ -57,6 +58,5 @@ fn collapse(rows: &[Row], kind: usize, stress: f64) -> Option<Collapse> {
     };
     let share = |stress_kept: f64| -stress_kept / (KINDS[kind].share * stress);
     let rows = rows.iter().map(|row| (share(row.stress[component]), row.strain));
-    let (share, strain) = rows.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (share < LOST).then_some(Collapse { seed: 0, coheres: true, kind, share, strain })
+    rows.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(share, _)| *share < LOST)
 }

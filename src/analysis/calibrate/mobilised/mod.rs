@@ -46,7 +46,7 @@ pub const BAND: f64 = 2.0;
 /// After a reversal the law is compared until the stress has fallen to this share.
 const SHARE_UNLOADED: f64 = 0.5;
 /// Share of a test, its end, that is taken for the critical state where the fit starts.
-const SHARE_CRITICAL: f64 = 0.3;
+pub const SHARE_CRITICAL: f64 = 0.3;
 
 /// What is wanted beside the job.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -180,7 +180,7 @@ impl Calibration {
             })).collect::<Vec<_>>(),
             "half_stress_left_out": self.half_left_out.as_ref().map(|shown| shown.iter().map(Shown::to_json).collect::<Vec<_>>()),
             "collapses": self.collapses().iter().map(|one| json!({
-                "test": KINDS[one.kind].words(), "seed": one.seed, "share_of_stress": one.share, "strain": one.strain,
+                "test": KINDS[one.kind].words(), "seed": one.seed, "with_cohesion": one.coheres, "share_of_stress": one.share, "strain": one.strain,
             })).collect::<Vec<_>>(),
             "strain_of_bands": self.bands,
             "strain_of_layer_profile": STRETCH,

@@ -127,6 +127,7 @@ fn drawing(measures: &Measures, bands: &Bands) -> Option<Drawn> {
             titles: [band.who.run.clone(), interval(band.between_strains)],
             bodies: band.bodies.clone(),
             vertices: Vec::new(),
+            corner: None,
             band: band.band.clone(),
         })
     };
