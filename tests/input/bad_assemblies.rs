@@ -271,7 +271,7 @@ fn a_packing_that_cannot_be_made() {
     GOOD.refused(
         "preparation = \"pour\"",
         "preparation = \"compress\"\nstress = \"10 kPa\"",
-        "job.toml:18: packing.preparation = \"compress\" compresses a cell that is periodic along every axis, and y is not. Set cell.periodic to true there, or write \"pour\".",
+        "job.toml:18: packing.preparation = \"compress\" compresses a cell that is periodic along every axis, and y is not. Set cell.periodic to true there, write \"pour\", or lay copies of it side by side (cell.copies), whose ends may be open.",
     );
     GOOD.refused(
         "gravity = [0, \"-9.81 m/s2\"]\n",
