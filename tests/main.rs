@@ -99,6 +99,9 @@ mod vortex;
 
 // Grains and continuum together.
 
+/// The element test of an RVE by itself.
+#[path = "coupling/alone.rs"]
+mod alone;
 /// Elements that carry grain assemblies: their RVEs are those that stand alone, a weak row, and the same bits.
 #[path = "coupling/fem_dem.rs"]
 mod fem_dem;

@@ -278,6 +278,7 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     for wanted in [
         "hardening_strain",
         "hardening_fraction_width",
+        "hardening_start",
         "packings held back",
         "shear, loose, half of the stress",
         "constant volume: mean stress, largest off",
@@ -338,6 +339,7 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     };
     assert!(off(law.hardening_strain, found("hardening_strain")) < 1e-3);
     assert!(off(law.hardening_fraction_width.unwrap(), found("hardening_fraction_width")) < 1e-3);
+    assert!(off(law.hardening_start, found("hardening_start")) < 1e-3);
     assert!(off(law.shear_modulus, found("shear_modulus")) < 1e-3);
     // The law stands in the file, and in the job no second time.
     std::fs::write(&file, job.replace("[material]\n", "[material]\nfile = \"calibrated.toml\"\n")).unwrap();

@@ -10,7 +10,7 @@
 //! ```text
 //! tau = K tr(eps) I + 2 G dev(eps)
 //! P = C - tr(tau)/d,  q = sqrt(J2) = 2 G h,  h = sqrt(dev(eps):dev(eps)/2)
-//! q <= m P,  m = m_b kappa,  kappa = g/(a + g)                                                 mobilised friction
+//! q <= m P,  m = m_b kappa,  kappa = kappa_0 + (1 - kappa_0) g/(a + g)                          mobilised friction
 //! a = a_cs (1 - x/sqrt(1 + x^2)),  x = (Phi - Phi_cs)/w                                        strain of hardening
 //! m_b = M(sin(phi_b)),  tan(phi_b) = tan(phi_cs) + chi max(Phi - Phi_cs, 0)                    peak friction
 //! m_d = M(sin(phi_d)),  sin(phi_d) = sin(phi_cs) - k_d (Phi - Phi_cs), within 0 and 2 sin(phi_cs) and 1
@@ -31,14 +31,18 @@
 //! twice that below, within some w. Without w it is a_cs at any Phi. An exponential of x would also grow without bound in
 //! loose material, and follows tests of discs less well.
 //!
+//! Within the share kappa_0 of its friction material is elastic: contacts bear shear before the first of them slide. Without
+//! it loose material is too soft at the first strains, and friction rises from nothing.
+//!
 //! Cohesion c is an attraction, `C = c cot(phi_cs)`: it shifts P and leaves angles alone. The apex is `q = 0, p = C`,
 //! and in the critical state the cone is `q = M(sin(phi_cs)) (c cot(phi_cs) - p)`, Mohr-Coulomb's. Where the mean
 //! stress pulls (P < C) nothing contracts plastically, and contraction ends where it stops pressing: it would take work
 //! from the stress.
 //!
 //! **Return.** With m_b, a and D of the start of the step the hardening is exact. Along flow by Delta,
-//! `q - G_e Delta = m_b (g + Delta)/(a + g + Delta) (P + K D Delta)`, where
-//! `G_e = G + 2 h G_0 r a_G/(a_G + s)^2 (ds/dg)` also has what q loses by the modulus; cleared of the fraction,
+//! `q - G_e Delta = m_b (g + Delta)/(a + g + Delta) (P + K D Delta)`, where g stands for `g + kappa_0 a` and a for
+//! `(1 - kappa_0) a`, and `G_e = G + 2 h G_0 r a_G/(a_G + s)^2 (ds/dg)` also has what q loses by the modulus; cleared of
+//! the fraction,
 //!
 //! ```text
 //! A Delta^2 - B Delta - F = 0,  A = G_e + m_b K D,  B = q - G_e (a + g) - m_b (P + g K D),  F = q (a + g) - m_b g P
@@ -100,6 +104,8 @@ pub struct MobilisedFriction {
     pub hardening_strain: f64,
     /// 1/w; 0 where a is a_cs at any Phi.
     pub hardening_sharpness: f64,
+    /// kappa_0.
+    pub hardening_start: f64,
     /// k_d.
     pub phase_transformation_factor: f64,
     /// C = c cot(phi_cs), Pa.
@@ -195,12 +201,12 @@ struct Trial<R> {
     peak: R,
     /// m_d.
     transformation: R,
-    /// a.
+    /// (1 - kappa_0) a.
     hardening_strain: R,
     /// G, Pa.
     shear_modulus: R,
     plastic_strain: R,
-    /// g.
+    /// g + kappa_0 a, so that kappa is this over the sum of both.
     hardening: R,
 }
 
@@ -233,6 +239,7 @@ impl MobilisedFriction {
             dilation_factor: law.dilation_factor,
             hardening_strain: law.hardening_strain,
             hardening_sharpness: law.hardening_fraction_width.map_or(0.0, |width| 1.0 / width),
+            hardening_start: law.hardening_start,
             phase_transformation_factor: law.phase_transformation_factor,
             attraction: law.cohesion / tangent,
             sine_critical: tangent / (1.0 + tangent * tangent).sqrt(),
@@ -401,14 +408,15 @@ impl MobilisedFriction {
         returned.opened = choose(opened, zero);
     }
 
-    /// g, or less where the stress has fallen so far that a new loading begins.
+    /// g, or less where the stress has fallen so far that a new loading begins; `start` is kappa_0 a.
     #[inline(always)]
-    fn reset<R: Real>(hardening: R, trial: &Trial<R>, q: R, pressure: R) -> R {
+    fn reset<R: Real>(hardening: R, trial: &Trial<R>, start: R, q: R, pressure: R) -> R {
         let zero = R::splat(0.0);
         let (most, reached) = (trial.peak * pressure, q * R::splat(1.0 / RELOADING_SHARE));
         let left = most - reached;
         let falls = left.above(zero);
-        let bound = trial.hardening_strain * reached / R::choose(falls, left, R::splat(1.0));
+        let reach = trial.hardening_strain * reached / R::choose(falls, left, R::splat(1.0));
+        let bound = (reach - start).max(zero);
         // Without pressure there is nothing to be mobilised.
         let kept = R::choose(falls, hardening.min(bound), hardening);
         R::choose(pressure.above(zero), kept, zero)
@@ -441,14 +449,16 @@ impl MobilisedFriction {
             strain = Words::choose(separated, &closed, &strain);
         }
         let parts = Parts::of(&strain);
+        let hardening_strain = self.hardening_strain_at(state.fraction);
+        let start = R::splat(self.hardening_start) * hardening_strain;
         let trial = Trial {
             strain: parts.measures,
             peak: self.peak::<S, R>(state.fraction),
             transformation: self.transformation::<S, R>(state.fraction),
-            hardening_strain: self.hardening_strain_at(state.fraction),
+            hardening_strain: hardening_strain - start,
             shear_modulus,
             plastic_strain: state.plastic_strain,
-            hardening: state.hardening,
+            hardening: state.hardening + start,
         };
         let returned = self.return_to_cone::<S, R>(&trial);
         let flow = |flowing: R, resting: R| R::choose(returned.flows, flowing, resting);
@@ -457,7 +467,7 @@ impl MobilisedFriction {
             work = flow(work + returned.work, work);
             state.gap = flow(state.gap + returned.opened.max(zero), state.gap);
             state.plastic_strain = flow(returned.plastic_strain, state.plastic_strain);
-            state.hardening = flow(returned.hardening, state.hardening);
+            state.hardening = flow((returned.hardening - start).max(zero), state.hardening);
             // The exponential, to the last place of what a step flows.
             let x = returned.dilated;
             let series = one
@@ -471,7 +481,7 @@ impl MobilisedFriction {
         let shear_modulus = flow(returned.shear_modulus, shear_modulus);
         let volume = flow(returned.strain.volume, parts.measures.volume);
         let q = R::splat(2.0) * shear_modulus * flow(returned.strain.shear, parts.measures.shear);
-        state.hardening = Self::reset(state.hardening, &trial, q, self.pressure(volume));
+        state.hardening = Self::reset(state.hardening, &trial, start, q, self.pressure(volume));
         (state, self.stress_of(shear_modulus, &strain), work)
     }
 }
@@ -489,7 +499,8 @@ impl<S: Space> MaterialLaw<S> for MobilisedFriction {
         let most = self.peak::<S, f64>(fraction) * pressure;
         let (strain, hardening) = if pressure > 0.0 {
             let mobilised = (stiffness * shear / most).min(MOBILISED_MOST);
-            let hardening = self.hardening_strain_at(fraction) * mobilised / (1.0 - mobilised);
+            let beyond = (mobilised - self.hardening_start).max(0.0);
+            let hardening = self.hardening_strain_at(fraction) * beyond / (1.0 - mobilised);
             let is_borne = stiffness * shear <= MOBILISED_MOST * most;
             let cut = Measures { volume, shear: MOBILISED_MOST * most / stiffness };
             (if is_borne { strain } else { parts.with(cut) }, hardening)

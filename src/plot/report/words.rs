@@ -179,7 +179,7 @@ fn at_the_end(run: &Run) -> Result<String, Error> {
 }
 
 /// The scenario's main figures: path, name, factor from SI, unit.
-const SCENARIO: [(&str, &str, f64, &str); 34] = [
+const SCENARIO: [(&str, &str, f64, &str); 35] = [
     ("specimen.width", "Width (period)", 1e3, "mm"),
     ("specimen.height", "Height aimed at", 1e3, "mm"),
     ("specimen.depth", "Out-of-plane depth", 1e3, "mm"),
@@ -202,6 +202,7 @@ const SCENARIO: [(&str, &str, f64, &str); 34] = [
     ("material.dilation_factor", "Dilation factor \u{3c7}", 1.0, ""),
     ("material.softening_rate", "Softening rate \u{3be}", 1.0, ""),
     ("material.hardening_strain", "Hardening strain a", 1.0, ""),
+    ("material.hardening_start", "Friction mobilised from the start \u{3ba}\u{2080}", 1.0, ""),
     ("material.cohesion", "Cohesion", 1e-3, "kPa"),
     ("packing.stress", "Stress of the packing", 1e-3, "kPa"),
     ("loading.stress_normal", "Normal stress", 1e-3, "kPa"),

@@ -1,6 +1,6 @@
 //! The law with mobilised friction as a [`Model`]: what element tests tell of it.
 //!
-//! K and G_0 are given. Shear that begins tells a and, from two solid volume fractions, w; the shear stress and the volume on
+//! K and G_0 are given. Shear that begins tells a, kappa_0 and, from two solid volume fractions, w; the shear stress and the volume on
 //! phi_cs, Phi_cs, chi and k_d; unloading on the way and from the peak r and a_G. Of grains that cohere phi_cs is given, as the same grains have it without
 //! cohesion, and c is found.
 
@@ -11,11 +11,12 @@ use crate::base::math;
 use crate::law::material::{MobilisedConstants, MobilisedFriction};
 
 /// Parameters that are found.
-pub const COUNT: usize = 8;
+pub const COUNT: usize = 9;
 /// Where the fit starts: figures of discs, hardening as their tests from two solid volume fractions have it.
 const START: MobilisedConstants = MobilisedConstants {
     hardening_strain: 5e-3,
     hardening_fraction_width: Some(WIDTH_START),
+    hardening_start: 0.1,
     ..MobilisedConstants::DISCS
 };
 const WIDTH_START: f64 = 0.01;
@@ -54,7 +55,7 @@ pub struct Fit {
 impl Given {
     /// Strains of softening and hardening as their logarithms: they are positive, and known by their order.
     fn constants(&self, at: &[f64; COUNT]) -> MobilisedConstants {
-        let [share, degradation, last, fraction, dilation, hardening, transformation, width] = *at;
+        let [share, degradation, last, fraction, dilation, hardening, transformation, width, start] = *at;
         MobilisedConstants {
             bulk_modulus: self.moduli[0],
             shear_modulus: self.moduli[1],
@@ -66,6 +67,7 @@ impl Given {
             dilation_factor: dilation,
             hardening_strain: math::exp(hardening),
             hardening_fraction_width: Some(math::exp(width)),
+            hardening_start: start,
             phase_transformation_factor: transformation,
             cohesion: self.friction_critical.map_or(0.0, |_| last * self.stress),
         }
@@ -94,6 +96,7 @@ impl Model<COUNT> for Given {
                 ("hardening_strain", strain(START.hardening_strain)),
                 ("phase_transformation_factor", of(START.phase_transformation_factor, 0.0, 100.0, 1.0)),
                 ("hardening_fraction_width", of(math::ln(WIDTH_START), math::ln(WIDTHS[0]), math::ln(WIDTHS[1]), 0.2)),
+                ("hardening_start", of(START.hardening_start, 0.0, 0.9, 0.05)),
             ]
         };
         // Loose material that contracts much needs a stiffness that is not lost.

@@ -493,6 +493,7 @@ const NAMED: [Named; COUNT + 3] = [
     ("dilation_factor", "chi", "", |fit| fit.constants.dilation_factor),
     ("hardening_strain", "a_cs", "", |fit| fit.constants.hardening_strain),
     ("hardening_fraction_width", "w", "", |fit| fit.constants.hardening_fraction_width.unwrap_or(f64::INFINITY)),
+    ("hardening_start", "kappa_0", "", |fit| fit.constants.hardening_start),
     ("phase_transformation_factor", "k_d", "", |fit| fit.constants.phase_transformation_factor),
     ("cohesion", "c", "Pa", |fit| fit.constants.cohesion),
 ];

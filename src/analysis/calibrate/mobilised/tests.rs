@@ -14,6 +14,7 @@ fn law() -> MobilisedConstants {
         dilation_factor: 6.1,
         hardening_strain: 6e-3,
         hardening_fraction_width: Some(0.012),
+        hardening_start: 0.17,
         phase_transformation_factor: 3.9,
         ..MobilisedConstants::DISCS
     }
@@ -109,6 +110,7 @@ fn finds_the_law(axes: usize) {
             (law.phase_transformation_factor, 0.02),
             (law.hardening_strain, 0.05),
             (law.hardening_fraction_width.unwrap(), 0.05),
+            (law.hardening_start, 0.1),
             (law.shear_degradation, 0.02),
             (law.shear_degradation_strain, 0.06),
         ]

@@ -27,10 +27,12 @@ pub struct MobilisedConstants {
     pub fraction: Option<f64>,
     /// chi of tan(phi_b) = tan(phi_cs) + chi (Phi - Phi_cs).
     pub dilation_factor: f64,
-    /// a_cs, the plastic shear strain that mobilises half of the friction, at Phi_cs if there is a w.
+    /// a_cs, the plastic shear strain that mobilises half of the friction that is left of kappa_0, at Phi_cs if there is a w.
     pub hardening_strain: f64,
     /// w of a = a_cs (1 - x/sqrt(1 + x^2)), x = (Phi - Phi_cs)/w; none: a is a_cs at any Phi.
     pub hardening_fraction_width: Option<f64>,
+    /// kappa_0, the share of the peak friction that is borne before any plastic shear.
+    pub hardening_start: f64,
     /// k_d of sin(phi_d) = sin(phi_cs) - k_d (Phi - Phi_cs).
     pub phase_transformation_factor: f64,
     /// c, Pa.
@@ -55,6 +57,7 @@ impl MobilisedConstants {
         dilation_factor: 7.68,
         hardening_strain: 2.75e-4,
         hardening_fraction_width: None,
+        hardening_start: 0.0,
         phase_transformation_factor: 4.86,
         cohesion: 0.0,
     };
@@ -122,6 +125,9 @@ impl Described for MobilisedConstants {
         let about = "w of a = a_cs (1 - x/sqrt(1 + x^2)), x = (Phi - Phi_cs)/w, a_cs being hardening_strain: looser material hardens over a longer strain, denser over a shorter one";
         let width = number("hardening_fraction_width", about, RATIO, Range::closed(1e-4, 100.0), "0.0085");
         form.number_if_given(&mut self.hardening_fraction_width, width.optional());
+        let about = "kappa_0, the share of the peak friction that material bears before any plastic shear: hardening_strain mobilises half of the rest";
+        let share = number("hardening_start", about, RATIO, Range::below(0.0, 1.0), "0.15");
+        form.number(&mut self.hardening_start, share.or("0.0"));
         let about = "k_d of sin(phi_d) = sin(phi_cs) - k_d (Phi - Phi_cs), the friction at which contraction turns into dilation";
         form.number(
             &mut self.phase_transformation_factor,

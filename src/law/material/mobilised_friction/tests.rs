@@ -61,6 +61,7 @@ impl Random {
                 fraction: Some(0.8165 + 0.05 * self.signed()),
                 hardening_strain: self.magnitude(-5.0, -2.0),
                 hardening_fraction_width: if self.signed() > 0.0 { None } else { Some(self.magnitude(-3.0, 0.0)) },
+                hardening_start: if self.signed() > 0.0 { 0.0 } else { self.between(0.0, 0.5) },
                 cohesion: if self.signed() > 0.0 { 0.0 } else { self.magnitude(2.0, 5.0) },
                 ..MobilisedConstants::DISCS
             };
@@ -583,8 +584,14 @@ fn starts<S: Space>(seed: u64) {
         borne += 1;
         let kept: S::Tensor = law.stress(&memory);
         close((kept - stress).norm(), 0.0, size, 1e-11);
-        let kappa = memory.hardening / (hardening(&constants, constants.fraction.unwrap()) + memory.hardening);
-        close(kappa * peak, given.deviatoric / (law.attraction - given.mean), 1.0, 1e-9);
+        let wanted = given.deviatoric / (law.attraction - given.mean) / peak;
+        let share = memory.hardening / (hardening(&constants, constants.fraction.unwrap()) + memory.hardening);
+        let kappa = constants.hardening_start + (1.0 - constants.hardening_start) * share;
+        close(kappa, wanted.max(constants.hardening_start), 1.0, 1e-9);
+        if wanted < constants.hardening_start {
+            assert_eq!(memory.hardening, 0.0);
+            continue;
+        }
         let shear = stress - S::identity() * given.mean;
         let plastic = |sign: f64| {
             let mut after = memory;

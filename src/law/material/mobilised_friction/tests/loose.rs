@@ -75,3 +75,57 @@ fn hardening_that_follows_the_fraction_does_not_hang_on_the_step() {
         }
     }
 }
+
+/// Within the share of its friction that is there from the start material is elastic, however often it is sheared; beyond it friction is what
+/// the equation says of g.
+fn starts_with_a_share<S: Space>(seed: u64) {
+    let (mut random, mut flowed) = (Random(seed), 0);
+    for _ in 0..300 {
+        let share = random.between(0.05, 0.6);
+        // Without what the modulus loses in a step, and without a bound of contraction, the stress is on the cone to rounding.
+        let constants = MobilisedConstants {
+            hardening_start: share,
+            shear_degradation: 0.0,
+            cohesion: 0.0,
+            ..random.constants(S::DIMENSION)
+        };
+        let law = MobilisedFriction::of(&constants);
+        let fraction = constants.fraction.unwrap();
+        let [peak, _] = constants.ratios(S::DIMENSION, fraction);
+        let pressure = random.magnitude(3.0, 6.0);
+        let borne = peak * (law.attraction + pressure);
+        let begun = isotropic::<S>(&law, pressure, fraction);
+        let mut memory = begun;
+        let mut shear = random.tensor::<S>(1.0);
+        shear = (shear + S::transpose(&shear)) * 0.5;
+        shear -= S::identity() * (S::trace(&shear) / S::DIMENSION as f64);
+        // q is 2 G h of a deviatoric strain.
+        let unit = shear * (1.0 / (0.5 * shear.dot(&shear)).sqrt());
+        let to = |part: f64| unit * (part * borne / (2.0 * law.shear_modulus));
+        for turn in 0..20 {
+            let sign = if turn % 2 == 0 { 1.0 } else { -1.0 };
+            for part in [0.95 * share * sign, -0.95 * share * sign] {
+                carry::<S>(&law, &mut memory, &to(part));
+                assert_eq!((memory.plastic_strain, memory.hardening, memory.fraction), (0.0, 0.0, fraction));
+            }
+        }
+        let mut memory = begun;
+        for _ in 0..50 {
+            let [peak, _] = constants.ratios(S::DIMENSION, memory.fraction);
+            let a = hardening(&constants, memory.fraction);
+            carry::<S>(&law, &mut memory, &to(0.02));
+            if memory.plastic_strain > 0.0 && memory.gap == 0.0 {
+                let kappa = share + (1.0 - share) * memory.hardening / (a + memory.hardening);
+                close(ratio(&law, &memory), kappa * peak, 1.0, 1e-8);
+                flowed += 1;
+            }
+        }
+    }
+    assert!(flowed > 3_000, "{flowed}");
+}
+
+#[test]
+fn material_is_elastic_within_the_share_it_starts_with() {
+    starts_with_a_share::<Plane>(15);
+    starts_with_a_share::<Solid>(16);
+}
