@@ -287,6 +287,7 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
         "small cycles: back from 0.02 % of strain",
         "reversal: back from the peak by 0.8 % of strain",
         "Musts: packings held back",
+        "fitted packings",
     ] {
         assert!(told.contains(wanted), "{wanted}: {told}");
     }

@@ -31,8 +31,8 @@
 //! twice that below, within some w. Without w it is a_cs at any Phi. An exponential of x would also grow without bound in
 //! loose material, and follows tests of discs less well.
 //!
-//! Within the share kappa_0 of its friction material is elastic: contacts bear shear before the first of them slide. Without
-//! it loose material is too soft at the first strains, and friction rises from nothing.
+//! kappa_0 is the elastic range: within that share of the peak friction nothing flows. Without it loose material is too
+//! soft at the first strains, for friction rises from nothing.
 //!
 //! Cohesion c is an attraction, `C = c cot(phi_cs)`: it shifts P and leaves angles alone. The apex is `q = 0, p = C`,
 //! and in the critical state the cone is `q = M(sin(phi_cs)) (c cot(phi_cs) - p)`, Mohr-Coulomb's. Where the mean

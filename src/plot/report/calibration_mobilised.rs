@@ -13,7 +13,7 @@ use crate::analysis::calibrate::element::{
 };
 use crate::analysis::calibrate::fit::pressure;
 use crate::analysis::calibrate::layers::STRETCH;
-use crate::analysis::calibrate::mobilised::musts::{Must, musts};
+use crate::analysis::calibrate::mobilised::musts::{FITTED_PACKINGS, Must, has_packings, musts};
 use crate::analysis::calibrate::mobilised::{BAND, Calibration, KINDS, Shown, Specimen};
 
 /// Shear strain of the close view, in percent.
@@ -113,7 +113,9 @@ pub fn page(calibration: &Calibration, subject: &Subject, command: &str, drawing
         table(&mut body, title, &HEADS, &followed(shown));
     }
     for (title, musts) in musts(calibration) {
-        table(&mut body, title, &["must", "found", ""], &bounds(&musts));
+        let packings = has_packings(&musts).then_some(FITTED_PACKINGS);
+        let columns: Vec<&str> = ["must", "found"].into_iter().chain(packings).chain([""]).collect();
+        table(&mut body, title, &columns, &bounds(&musts));
     }
     table(&mut body, "Unloading", &[""], &unloading(calibration));
     table(
@@ -165,9 +167,14 @@ fn followed(shown: &[Shown]) -> Table {
 }
 
 fn bounds(musts: &[Must]) -> Table {
+    let has_packings = has_packings(musts);
     let row = |must: &Must| {
-        let mark = if must.is_met { "" } else { "missed" };
-        (format!("{}: {}", must.test, must.words), vec![must.must.clone(), must.found.clone(), mark.to_string()])
+        let mut cells = vec![must.must.clone(), must.found.clone()];
+        if has_packings {
+            cells.push(must.of_packings.clone().unwrap_or_else(|| "\u{2013}".to_string()));
+        }
+        cells.push(if must.is_met { "" } else { "missed" }.to_string());
+        (format!("{}: {}", must.test, must.words), cells)
     };
     Table { rows: musts.iter().map(row).collect() }
 }

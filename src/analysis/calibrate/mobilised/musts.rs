@@ -1,6 +1,6 @@
 //! What the law must come to, and what it was found to: bounds written before any test was run.
 
-use super::kinds::Kind;
+use super::quality::quality;
 use super::{Calibration, Shown};
 use crate::analysis::calibrate::element::Course;
 use crate::job::significant;
@@ -23,19 +23,47 @@ pub struct Must {
     pub must: String,
     pub found: String,
     pub is_met: bool,
+    /// Of packings held back: what the mean of those that are fitted is off their mean, which a law would find that follows the fitted ones
+    /// without an error.
+    pub of_packings: Option<String>,
+}
+
+/// Heads the column of what the fitted packings are off.
+pub const FITTED_PACKINGS: &str = "fitted packings";
+
+pub fn has_packings(musts: &[Must]) -> bool {
+    musts.iter().any(|must| must.of_packings.is_some())
+}
+
+/// The mean of the packings that are fitted in the place of the law; none where one test is longer than the other.
+fn packings_as_law(held: &Shown, fitted: &Shown) -> Option<Shown> {
+    let rows = &fitted.curve.rows;
+    (rows.len() == held.curve.rows.len()).then(|| {
+        let law: Vec<_> = rows.iter().map(|row| (*row, rows[0].fraction / row.fraction)).collect();
+        Shown { quality: quality(&held.curve, &law), law, ..held.clone() }
+    })
 }
 
 /// Of the packings that are fitted, tests that are fitted and those that are not; then of the packings held back, all tests.
 pub fn musts(calibration: &Calibration) -> Vec<(&'static str, Vec<Must>)> {
-    let of = |shown: &[Shown], wanted: fn(&Kind) -> bool, is_fitted: bool| -> Vec<Must> {
-        let shown = shown.iter().filter(|shown| wanted(&shown.kind));
+    let of = |is_fitted: bool| -> Vec<Must> {
+        let shown = calibration.shown.iter().filter(|shown| shown.kind.fitted == is_fitted);
         shown.flat_map(|shown| of_test(shown, calibration.stress, is_fitted)).collect()
     };
     let (shown, held) = (&calibration.shown, &calibration.shown_held);
+    let of_held = |held: &Shown| {
+        let mut musts = of_test(held, calibration.stress, false);
+        let fitted = shown.iter().find(|shown| shown.kind == held.kind);
+        if let Some(packings) = fitted.and_then(|fitted| packings_as_law(held, fitted)) {
+            let others = of_test(&packings, calibration.stress, false);
+            musts.iter_mut().zip(others).for_each(|(must, other)| must.of_packings = Some(other.found));
+        }
+        musts
+    };
     [
-        ("Musts: tests that are fitted", of(shown, |kind| kind.fitted, true)),
-        ("Musts: tests that are not fitted, of the same packings", of(shown, |kind| !kind.fitted, false)),
-        ("Musts: packings held back", of(held, |_| true, false)),
+        ("Musts: tests that are fitted", of(true)),
+        ("Musts: tests that are not fitted, of the same packings", of(false)),
+        ("Musts: packings held back", held.iter().flat_map(of_held).collect()),
     ]
     .into_iter()
     .filter(|(_, musts)| !musts.is_empty())
@@ -51,6 +79,7 @@ fn of_test(shown: &Shown, stress: f64, is_fitted: bool) -> Vec<Must> {
         must: told(most),
         found: told(found),
         is_met: found <= most,
+        of_packings: None,
     };
     let plain = |value: f64| significant(value, 3);
     let percent = |value: f64| format!("{} %", significant(100.0 * value, 2));
@@ -80,6 +109,7 @@ fn of_test(shown: &Shown, stress: f64, is_fitted: bool) -> Vec<Must> {
                 must: format!("{} to {}", percent(from), percent(to)),
                 found: percent(at),
                 is_met: (from..=to).contains(&at),
+                of_packings: None,
             };
             let off = quality.ratio_off[0].unwrap_or(0.0);
             let mut musts = vec![at_most("rms off, to 5 %", off, RATIO_FITTED, plain)];

@@ -137,6 +137,25 @@ fn finds_the_law(axes: usize) {
     }
 }
 
+/// Packings held back that are the fitted ones are off their mean by nothing; stronger ones by what they are stronger.
+#[test]
+fn packings_held_back_are_compared_with_those_that_are_fitted() {
+    let stronger = MobilisedConstants { friction_angle_critical: math::atan(0.36), ..law() };
+    let fitted = vec![specimen(&law(), None, 0.0), specimen(&law(), None, 0.0)];
+    let packings = |held: Specimen| -> Vec<f64> {
+        let found = fit_all(Tests { held: vec![held], ..of(fitted.clone()) }, 400e3).unwrap();
+        let all = musts::musts(&found);
+        let [(_, one), (_, other), (_, held)] = all.as_slice() else { panic!("{all:?}") };
+        assert!(one.iter().chain(other).all(|must| must.of_packings.is_none()));
+        let sines = held.iter().filter(|must| must.words.starts_with("sine") && must.test.starts_with("shear"));
+        sines.map(|must| must.of_packings.as_ref().unwrap().parse().unwrap()).collect()
+    };
+    assert_eq!(packings(fitted[0].clone()), [0.0; 5]);
+    // Critical states differ by 0.04 of the sine, peaks by as much; loose ones have mobilised half of it at 3 % of strain.
+    let off = packings(specimen(&stronger, None, 0.0));
+    assert!(off.len() == 5 && off.iter().all(|off| (0.01..0.06).contains(off)), "{off:?}");
+}
+
 /// c is what grains bear beyond the friction that they have without cohesion.
 #[test]
 fn cohesion_is_found_beyond_the_friction_of_dry_grains() {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::musts::{Must, musts};
+use super::musts::{FITTED_PACKINGS, Must, has_packings, musts};
 use super::{BAND, Calibration, Figure, KINDS, Kind, LOOSE, Quality, Shown, Specimen, Tested, Tests, Unloading};
 use crate::analysis::calibrate::columns::Columns;
 use crate::analysis::calibrate::element::{
@@ -140,10 +140,13 @@ impl Calibration {
             }
         }
         for (title, musts) in musts(self) {
-            writeln!(text, "{title:<84}{:>18}{:>14}", "must", "found").expect(STRING);
-            for Must { test, words, must, found, is_met } in musts {
+            let (heading, width) = if has_packings(&musts) { (FITTED_PACKINGS, 18) } else { ("", 0) };
+            writeln!(text, "{title:<84}{:>18}{:>14}{heading:>width$}", "must", "found").expect(STRING);
+            for Must { test, words, must, found, is_met, of_packings } in musts {
                 let mark = if is_met { "" } else { "  missed" };
-                writeln!(text, "  {:<82}{must:>18}{found:>14}{mark}", format!("{test}: {words}")).expect(STRING);
+                let packings = of_packings.unwrap_or_default();
+                writeln!(text, "  {:<82}{must:>18}{found:>14}{packings:>width$}{mark}", format!("{test}: {words}"))
+                    .expect(STRING);
             }
         }
         text
@@ -176,6 +179,7 @@ impl Calibration {
                 "title": title,
                 "musts": musts.iter().map(|must| json!({
                     "test": must.test, "what": must.words, "must": must.must, "found": must.found, "met": must.is_met,
+                    "mean_of_fitted_packings": must.of_packings,
                 })).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
             "half_stress_left_out": self.half_left_out.as_ref().map(|shown| shown.iter().map(Shown::to_json).collect::<Vec<_>>()),
