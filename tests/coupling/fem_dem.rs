@@ -50,9 +50,9 @@ fn an_rve_alone_follows_its_element() {
 /// What an element under a constant pressure on one side is off its RVE by that is compressed by itself (Liu et al. 2016, 3.2), to the peak.
 fn element_off_its_rve(seed: u64) -> Off {
     const PRESSURE: f64 = 416e3;
-    let slowly = [("\"50 ms\"", "\"10 ms\""), ("-1.27 mm/s", "-0.5 mm/s")];
-    let text = text_of("element_biaxial", &slowly).replace("\nmethod = ", &format!("\nseed = {seed}\nmethod = "));
-    let job = job(&text);
+    let seeded = format!("seed = {seed}\nmethod = ");
+    let sets = [("\"50 ms\"", "\"10 ms\""), ("-1.27 mm/s", "-0.5 mm/s"), ("method = ", seeded.as_str())];
+    let job = job(&text_of("element_biaxial", &sets));
     let mut world = begun(&job);
     let mut beside = Beside::new(&world.rves[0].rve, PRESSURE, job.grains.as_ref().unwrap().rves.drive);
     // The peak is at 0.3 %.

@@ -10,7 +10,8 @@ use crate::rve::Pace;
 // What is measured takes the place of a grain's and a point's cost, and what else grains cost keeps its share of a grain's.
 
 /// Wall time of a grain and step, s: in a periodic cell that is compressed, among grains and bodies alone, and what it
-/// takes more to share nodes with points or membranes.
+/// takes more to share nodes with points or membranes. In space a cell takes twice what grains alone take, as in the
+/// plane (`jobs/fem_dem/simple_shear.toml`).
 const COST_IN_PIECE: [f64; 2] = [80e-9, 240e-9];
 const COST_OF_GRAIN: [f64; 2] = [40e-9, 120e-9];
 const COST_OF_SHARING: f64 = 60e-9;
@@ -288,7 +289,7 @@ mod tests {
             assert!(job.step() > 20.0 * piece.step);
             Forecast::of(&job, &UnitCosts::assumed(&job)).unwrap().piece
         };
-        // 400 spheres of 0.8 mm under 416 kPa, t_p 62 us, steps of some 20 ns.
+        // 400 spheres of 0.8 mm under 416 kPa, t_p 62 us, steps of 39 ns.
         assert_eq!(packing("0.5"), packing("0.25"));
         assert!((2.0..120.0).contains(&packing("0.5")), "{}", packing("0.5"));
     }
