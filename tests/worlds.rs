@@ -16,6 +16,7 @@ use scree::domain::world::Settings;
 use scree::job::Scenario;
 use scree::law::contact::{LinearSpringDashpot, NormalForce};
 use scree::law::material::CriticalDruckerPrager;
+use scree::mpm::penalty::Coupling;
 use scree::mpm::points::Point;
 use scree::prepare::sheared::{self, cell_of};
 use scree_partition::{Solo, Transport};
@@ -59,7 +60,7 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
 
 pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane> {
     Settings {
-        grid: Grid::blend(0.95),
+        grid: Grid { penalty: Coupling::DEFAULT.in_steps(contact.stiffness_normal, dt), ..Grid::blend(0.95) },
         material: Arc::new(material()),
         ..Settings::of_grains(Constants::new(dt, 2e-4, law_of(&contact.into())))
     }

@@ -14,6 +14,7 @@ use crate::domain::layout::Layout;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
 use crate::mpm::face_rows::{Met, is_met_by};
+use crate::mpm::penalty::Penalty;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 
@@ -33,6 +34,8 @@ pub struct Grid {
     pub depth: f64,
     /// Gravity rises from zero over this time, s.
     pub gravity_ramp: f64,
+    /// What holds single grains to nodes.
+    pub penalty: Penalty,
 }
 
 impl Grid {
@@ -47,6 +50,7 @@ impl Grid {
             impedance: [0.0; 2],
             depth: 1.0,
             gravity_ramp: 0.0,
+            penalty: Penalty::NONE,
         }
     }
 }

@@ -10,14 +10,13 @@ use scree_partition::{Writer, cut};
 
 use crate::base::error::Error;
 use crate::base::space::Space;
-use crate::dem::grains::Cold;
+use crate::dem::grains::{Cold, Mover};
 use crate::domain::layout::Deal;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::plan::{LoadMap, neighbours};
-use crate::domain::rebuild::COUPLED_CELLS;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::mpm::points::{Cold as PointCold, Hot};
+use crate::mpm::points::Cold as PointCold;
 use crate::mpm::tile::Tiles;
 
 /// What costs time in a step.
@@ -26,7 +25,7 @@ use crate::mpm::tile::Tiles;
 enum Kind {
     /// A grain: its contacts, and its motion.
     Grain,
-    /// A grain of a block that may share nodes with points: its way to the nodes and back.
+    /// A grain that shares nodes with points or membranes: its way to the nodes and back.
     Coupled,
     /// A point: its way to the nodes and back, with its law.
     Point,
@@ -122,8 +121,8 @@ impl LoadBalance {
     }
 }
 
-/// A point with its weight, and steps of pairs in its RVE.
-pub(crate) type Weighed<'a, S> = (&'a PointCold<S>, f64, u64);
+/// A point, and steps of pairs in its RVE.
+pub(crate) type Weighed<'a, S> = (&'a PointCold<S>, u64);
 
 /// Load of the busiest of some stretches of the curve.
 fn heaviest(weights: &[u64], ranges: &[Range<usize>]) -> u64 {
@@ -150,8 +149,7 @@ impl<S: Space> World<'_, S> {
         if heaviest_now as f64 * ranks as f64 <= IMBALANCE * total[0] as f64 {
             return Ok(false);
         }
-        let weights =
-            self.weigh(self.assembly.grains.cold[..self.assembly.grains.owned].iter(), self.weighed_points())?;
+        let weights = self.weigh(self.weighed_grains(), self.weighed_points())?;
         let best = cut(&weights, ranks);
         let gain = heaviest(&weights, &self.subdomain.deal.ranges).saturating_sub(heaviest(&weights, &best));
         self.load_balance.lost += steps as f64 * gain as f64;
@@ -190,7 +188,7 @@ impl<S: Space> World<'_, S> {
             grains[at] = self.subdomain.grain_ranges[number].len() as i64;
             let rves = self.rves.get(self.subdomain.point_ranges[number].clone()).unwrap_or_default();
             pairs[at] = rves.iter().map(|carried| carried.cost as i64).sum();
-            coupled[at] = if self.is_coupled() && self.subdomain.coupled[number] { grains[at] } else { 0 };
+            coupled[at] = self.subdomain.participants.in_block(number).len() as i64;
             let mut masks = BTreeMap::new();
             let others = self.others(block, &offsets);
             for row in self.subdomain.grain_ranges[number].clone() {
@@ -284,43 +282,49 @@ impl<S: Space> World<'_, S> {
 
     /// Rows here that cost time, by their kind.
     fn rows_of_kinds(&self) -> [u64; KINDS] {
-        let coupled = self.subdomain.grain_ranges.iter().zip(&self.subdomain.coupled).filter(|(_, coupled)| **coupled);
-        let coupled = coupled.map(|(range, _)| range.len()).sum::<usize>();
         let mut rows = [0; KINDS];
         rows[Kind::Grain as usize] = self.assembly.grains.owned as u64;
-        rows[Kind::Coupled as usize] = if self.is_coupled() { coupled as u64 } else { 0 };
+        rows[Kind::Coupled as usize] = self.subdomain.participants.count() as u64;
         rows[Kind::Point as usize] = self.continuum.points.len() as u64;
         rows[Kind::Tile as usize] = self.subdomain.nodes.mosaic.tiles as u64;
         rows[Kind::RvePair as usize] = self.rves.iter().map(|carried| carried.cost).sum();
         rows
     }
 
+    /// Grains of this rank with their weights.
+    fn weighed_grains(&self) -> impl Iterator<Item = (&Cold<S>, f64)> {
+        let grains = &self.assembly.grains;
+        grains.cold[..grains.owned].iter().zip(&grains.hot).map(|(cold, hot)| (cold, hot.weight))
+    }
+
     /// Points of this rank with what weighs of them.
     pub(crate) fn weighed_points(&self) -> impl Iterator<Item = Weighed<'_, S>> {
         let points = &self.continuum.points;
         let cost = |row: usize| self.rves.get(row).map_or(0, |carried| carried.cost);
-        let of = move |(row, (cold, hot)): (usize, (_, &Hot<S>))| (cold, hot.weight, cost(row));
-        points.cold.iter().zip(&points.hot).enumerate().map(of)
+        points.cold.iter().enumerate().map(move |(row, cold)| (cold, cost(row)))
     }
 
     /// Cost of a step in every block of the domain by what lies there, in whole picoseconds; rows may lie in blocks of other
     /// ranks.
     pub(crate) fn weigh<'a>(
         &self,
-        grains: impl Iterator<Item = &'a Cold<S>>,
+        grains: impl Iterator<Item = (&'a Cold<S>, f64)>,
         points: impl Iterator<Item = Weighed<'a, S>>,
     ) -> Result<Vec<u64>, Error> {
         let blocks = self.subdomain.layout.block_count();
-        // Grains, points, points of the rim, and steps of pairs in RVEs, block by block.
+        // Grains, those that take part in the coupling, points, and steps of pairs in RVEs, block by block.
         let mut counts = vec![0i64; 4 * blocks];
+        let near = self.near_membranes();
         let count = || -> Result<(), Error> {
-            for cold in grains {
-                counts[self.block_of_grain(cold)?.0] += 1;
+            for (cold, weight) in grains {
+                let block = self.block_of_grain(cold)?.0;
+                counts[block] += 1;
+                let takes_part = cold.mover == Mover::Free && (weight < 1.0 || near[block]);
+                counts[blocks + block] += i64::from(takes_part);
             }
-            for (cold, weight, pairs) in points {
+            for (cold, pairs) in points {
                 let block = self.block_of_point(cold)?.0;
-                counts[blocks + block] += 1;
-                counts[2 * blocks + block] += i64::from(weight < 1.0);
+                counts[2 * blocks + block] += 1;
                 counts[3 * blocks + block] += pairs as i64;
             }
             Ok(())
@@ -329,16 +333,13 @@ impl<S: Space> World<'_, S> {
         transfer::agree(self.transport, counted)?;
         self.transport.sum(&mut counts);
         let (grains, rest) = counts.split_at(blocks);
-        let (points, rest) = rest.split_at(blocks);
-        let (rim, pairs) = rest.split_at(blocks);
-        let mut rim = rim.to_vec();
-        self.count_vertices(&mut rim);
-        let coupled = self.within(COUPLED_CELLS, &rim);
+        let (coupled, rest) = rest.split_at(blocks);
+        let (points, pairs) = rest.split_at(blocks);
         let costs = self.load_balance.costs(S::DIMENSION);
         let cost = |kind: Kind, rows: i64| costs[kind as usize] * rows as f64;
         let weight = |block: usize| {
             cost(Kind::Grain, grains[block])
-                + cost(Kind::Coupled, if coupled[block] { grains[block] } else { 0 })
+                + cost(Kind::Coupled, coupled[block])
                 + cost(Kind::Point, points[block])
                 + cost(Kind::Tile, i64::from(self.has_grid()))
                 + cost(Kind::RvePair, pairs[block])

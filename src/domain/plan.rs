@@ -25,7 +25,7 @@ pub struct LoadMap {
     pub periodic: [bool; 3],
     /// Rows of every block, x fastest.
     pub grains: Vec<u32>,
-    /// Grains whose block may share nodes with points.
+    /// Grains that share nodes with points or membranes.
     pub coupled: Vec<u32>,
     pub points: Vec<u32>,
     /// Grains of every block by the neighbours within whose reach they are: one bit for each, in their order.

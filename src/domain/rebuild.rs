@@ -24,7 +24,7 @@ use crate::domain::load_balance::LoadBalance;
 use crate::domain::nonlocal::Neighbourhood;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::stop::Wish;
-use crate::domain::subdomain::Subdomain;
+use crate::domain::subdomain::{Participants, Subdomain};
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::fem::elements::Elements;
@@ -124,9 +124,9 @@ enum Travel {
 
 const TRAVELS: u64 = 5;
 
-/// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
+/// Cells between a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
 /// either side.
-pub(crate) const COUPLED_CELLS: usize = 4;
+const COUPLED_CELLS: usize = 4;
 
 impl<'t, S: Space> World<'t, S> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
@@ -241,8 +241,8 @@ impl<'t, S: Space> World<'t, S> {
         self.assembly.radius_max = radius_max[0];
         let costs: BTreeMap<PointId, u64> = fresh_rves.iter().map(|row| (row.point, row.cost)).collect();
         let cost = |point: &Point<S>| costs.get(&point.cold.id).copied().unwrap_or_default();
-        let fresh = fresh_points.iter().map(|point| (&point.cold, point.hot.weight, cost(point)));
-        let weights = self.weigh(grains.iter().map(|grain| &grain.cold), self.weighed_points().chain(fresh))?;
+        let fresh = fresh_points.iter().map(|point| (&point.cold, cost(point)));
+        let weights = self.weigh(grains.iter().map(|grain| (&grain.cold, grain.hot.weight)), self.weighed_points().chain(fresh))?;
         let timer = Instant::now();
         self.deal_out(cut(&weights, self.transport.size()));
         self.assembly.grains = Grains::default();
@@ -319,7 +319,7 @@ impl<'t, S: Space> World<'t, S> {
         self.find_neighbourhood()?;
         self.settle_grains(fresh)?;
         self.check_counts()?;
-        self.mark_coupled();
+        self.mark_participants();
         self.mark_loads();
         Ok(())
     }
@@ -618,42 +618,59 @@ impl<'t, S: Space> World<'t, S> {
         Ok(())
     }
 
-    /// Blocks whose grains may share nodes: those with grains within reach of points of the reconciliation zone, or of membranes.
-    fn mark_coupled(&mut self) {
-        if !self.is_coupled() {
-            self.subdomain.coupled = vec![false; self.subdomain.deal.held().len()];
-            self.untie();
+    /// Grains that take part in the coupling from now on.
+    fn mark_participants(&mut self) {
+        let (held, blocks) = (self.subdomain.deal.held(), self.subdomain.layout.block_count());
+        let near = self.near_membranes();
+        let coupled = self.is_coupled();
+        let grains = &self.assembly.grains;
+        let near = &near;
+        let of_block = |(block, range): (usize, &Range<usize>)| {
+            let rows = range.clone().zip(0..).filter(move |(row, _)| {
+                grains.movers[*row] == Mover::Free && (grains.hot[*row].weight < 1.0 || near[block])
+            });
+            rows.map(|(_, row)| row).take(if coupled { usize::MAX } else { 0 })
+        };
+        let participants = Participants::of(held.clone().zip(&self.subdomain.grain_ranges).map(of_block));
+        self.untie(&participants);
+        let before = std::mem::replace(&mut self.subdomain.participants, participants);
+        if !coupled {
             return;
         }
-        let blocks = self.subdomain.layout.block_count();
-        let mut counts = vec![0i64; 2 * blocks];
-        for ((block, points), grains) in
-            self.subdomain.deal.held().zip(&self.subdomain.point_ranges).zip(&self.subdomain.grain_ranges)
-        {
-            counts[block] = i64::from(self.continuum.points.hot[points.clone()].iter().any(|point| point.weight < 1.0));
-            counts[blocks + block] = grains.len() as i64;
+        let mut counts = vec![0i64; blocks];
+        let has_any = |participants: &Participants, number: usize| !participants.in_block(number).is_empty();
+        for (number, block) in held.clone().enumerate() {
+            counts[block] = i64::from(has_any(&self.subdomain.participants, number));
         }
         self.transport.sum(&mut counts);
-        let (rim, grains) = counts.split_at_mut(blocks);
-        self.count_vertices(rim);
-        let near = self.within(COUPLED_CELLS, rim);
-        let coupled: Vec<bool> = near.iter().zip(&*grains).map(|(near, grains)| *near && *grains > 0).collect();
+        let coupled: Vec<bool> = counts.iter().map(|count| *count > 0).collect();
         // Grains of a block bring to nodes of the blocks around it.
-        let shared = self.with_blocks_around(&coupled)[self.subdomain.deal.held()].to_vec();
-        let coupled = &coupled[self.subdomain.deal.held()];
-        if self.subdomain.coupled != coupled || self.continuum.tiles.shared != shared {
-            self.subdomain.coupled = coupled.to_vec();
+        let shared = self.with_blocks_around(&coupled)[held.clone()].to_vec();
+        let same = before.blocks() == held.len()
+            && (0..held.len()).all(|number| has_any(&before, number) == has_any(&self.subdomain.participants, number));
+        if !same || self.continuum.tiles.shared != shared {
             self.continuum.tiles.share(&self.subdomain.nodes.mosaic, shared);
         }
-        self.untie();
     }
 
-    /// Grains away from points have nothing to be tied to.
-    fn untie(&mut self) {
-        for (_, range) in
-            self.subdomain.coupled.iter().zip(&self.subdomain.grain_ranges).filter(|(coupled, _)| !**coupled)
-        {
-            self.assembly.grains.springs[range.clone()].fill(PenaltySpring::loose());
+    /// Blocks of the whole domain within reach of membranes.
+    pub(crate) fn near_membranes(&self) -> Vec<bool> {
+        let mut vertices = vec![0; self.subdomain.layout.block_count()];
+        if self.is_coupled() {
+            self.count_vertices(&mut vertices);
+        }
+        self.within(COUPLED_CELLS, &vertices)
+    }
+
+    /// Grains that do not take part have nothing to be tied to.
+    fn untie(&mut self, participants: &Participants) {
+        for (number, range) in self.subdomain.grain_ranges.iter().enumerate() {
+            let mut tied = participants.in_block(number).iter().peekable();
+            for (spring, row) in self.assembly.grains.springs[range.clone()].iter_mut().zip(0..) {
+                if tied.next_if_eq(&&row).is_none() {
+                    *spring = PenaltySpring::loose();
+                }
+            }
         }
     }
 

@@ -13,8 +13,8 @@ pub struct Subdomain {
     /// Rows of the blocks held here.
     pub grain_ranges: Vec<Range<usize>>,
     pub point_ranges: Vec<Range<usize>>,
-    /// Blocks held here whose grains may share nodes with points of the overlap.
-    pub coupled: Vec<bool>,
+    /// Grains that share nodes with points or membranes, by the blocks held here.
+    pub participants: Participants,
     pub nodes: NodeRows,
     /// Copies of other ranks' grains.
     pub ghosts: Halo,
@@ -27,6 +27,44 @@ pub struct Subdomain {
     pub(crate) settlings: u64,
 }
 
+/// Grains that take part in the coupling: those of overlaps, which share their places with points, and those in blocks near membranes.
+///
+/// Yue et al. (2018) have all grains take part whose nodes all carry continuum. Those of the core next to an overlap are such too, but
+/// there is no continuum in their place to go with; VALIDATION.md compares the two.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Participants {
+    /// Rows counted from the first of their block, rising, block by block.
+    rows: Vec<u32>,
+    /// Where those of a block begin, and where the last end.
+    begins: Vec<usize>,
+}
+
+impl Participants {
+    /// Those of every block in turn.
+    pub fn of<R: Iterator<Item = u32>>(blocks: impl Iterator<Item = R>) -> Self {
+        let (mut rows, mut begins) = (Vec::new(), vec![0]);
+        for block in blocks {
+            rows.extend(block);
+            begins.push(rows.len());
+        }
+        Self { rows, begins }
+    }
+
+    /// Rows of a block, counted from its first grain.
+    pub fn in_block(&self, block: usize) -> &[u32] {
+        &self.rows[self.begins[block]..self.begins[block + 1]]
+    }
+
+    pub fn blocks(&self) -> usize {
+        self.begins.len().saturating_sub(1)
+    }
+
+    /// All of them.
+    pub fn count(&self) -> usize {
+        self.rows.len()
+    }
+}
+
 impl Subdomain {
     /// Blocks without rows.
     pub fn empty(layout: Layout, deal: Deal) -> Self {
@@ -35,7 +73,7 @@ impl Subdomain {
             deal,
             grain_ranges: Vec::new(),
             point_ranges: Vec::new(),
-            coupled: Vec::new(),
+            participants: Participants::default(),
             nodes: NodeRows::default(),
             ghosts: Halo::default(),
             corners: Halo::default(),

@@ -64,6 +64,7 @@ impl Scenario {
         let granular = Granular {
             method: self.method,
             piece: self.grains_of_specimen(),
+            coupling: self.coupling,
             enrichment: self.enrichment,
             ..Granular::blank()
         };

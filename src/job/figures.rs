@@ -270,6 +270,11 @@ pub struct Diameters {
     pub classes: Vec<f64>,
 }
 
+/// Diameters of the job's grains; those of a file are its mean's.
+pub fn diameters(assembly: &Assembly) -> Diameters {
+    Diameters::of_job(assembly)
+}
+
 impl Diameters {
     /// Of grains to be made; those of a file are known to the file alone, and the job states their mean.
     fn of_job(assembly: &Assembly) -> Self {

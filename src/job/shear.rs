@@ -17,6 +17,7 @@ use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
 use crate::law::contact::Contact;
 use crate::law::material::{ConstitutiveLaw, CriticalConstants};
+use crate::mpm::penalty::Coupling;
 use crate::mpm::scheme::Scheme;
 
 /// The checked job. All quantities in SI units, angles in radians.
@@ -38,6 +39,7 @@ pub struct Scenario {
     pub continuum: Continuum,
     pub loading: Loading,
     pub oracle: Oracle,
+    pub coupling: Coupling,
     pub enrichment: Enrichment,
     pub time: Time,
     pub decomposition: Decomposition,
@@ -80,6 +82,7 @@ impl Scenario {
         page.section("packing", |page| job.packing.keys(page));
         page.section("loading", |page| job.loading.keys(page));
         page.section("oracle", |page| job.oracle.keys(page, |_| 0));
+        page.section("coupling", |page| job.coupling.keys(page));
         page.section("enrichment", |page| job.enrichment.keys(page));
         page.section("zone", |page| job.enrichment.life.keys(page));
         page.section("time", |page| job.time.keys(page));
@@ -112,6 +115,7 @@ impl Scenario {
             section("continuum", "the grid of the continuum", |form| job.continuum.keys(form)),
             section("loading", "what is done to the specimen", |form| job.loading.keys(form)),
             section("oracle", "shear band detection", |form| job.oracle.keys(form, |_| 0)),
+            section("coupling", "how grains are held to nodes that they share with points", |form| job.coupling.keys(form)),
             section("enrichment", "grains for points", |form| job.enrichment.keys(form)),
             section("zone", "what becomes of the grains' zone", |form| job.enrichment.life.keys(form)),
             section("time", "the time step", |form| job.time.keys(form)),
@@ -156,6 +160,7 @@ impl Scenario {
                 plate_damping: 0.0,
             },
             oracle: Oracle::OF_SHEAR,
+            coupling: Coupling::DEFAULT,
             enrichment: Enrichment::around(0.0),
             time: Time { step: 0.0, grain_steps: 1 },
             decomposition: Decomposition { cells_per_block: 0, skin: 0.0 },

@@ -5,9 +5,9 @@ use crate::base::numbers::{Lanes, Numbers};
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
-use crate::dem::grains::{Hot as GrainHot, Mover, PenaltySpring};
+use crate::dem::grains::{Hot as GrainHot, PenaltySpring};
 use crate::law::material::{Flow, MaterialLaw};
-use crate::mpm::nodes;
+use crate::mpm::penalty::Penalty;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scatter::{Basis, TileFrame, eight_of};
 use crate::mpm::scheme::{ShapeFunction, Transfer};
@@ -422,24 +422,24 @@ fn outside_of<S: Space, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
     outside * P::splat(frame.cell)
 }
 
-/// Correction of the block's free grains: `v += sum N lambda_i/m_i`, and what their penalty springs do in the next step. Spin is left
-/// alone.
+/// Correction of those grains of the block that take part, by their `rows` there: `v += sum N lambda_i/m_i`, and what their penalty
+/// springs do in the next step. Spin is left alone.
 pub fn correct_grains<S: Space>(
     (frame, instructions): (&TileFrame<S>, Instructions),
-    tile: &[GrainChange<S>],
-    hot: &mut [GrainHot<S>],
-    springs: &mut [PenaltySpring<S>],
-    movers: &[Mover],
+    (tile, penalty): (&[GrainChange<S>], &Penalty),
+    rows: &[u32],
+    (hot, springs): (&mut [GrainHot<S>], &mut [PenaltySpring<S>]),
 ) {
-    instructions.run(Correct { frame, tile, hot, springs, movers });
+    instructions.run(Correct { frame, tile, penalty, rows, hot, springs });
 }
 
 struct Correct<'a, S: Space> {
     frame: &'a TileFrame<S>,
     tile: &'a [GrainChange<S>],
+    penalty: &'a Penalty,
+    rows: &'a [u32],
     hot: &'a mut [GrainHot<S>],
     springs: &'a mut [PenaltySpring<S>],
-    movers: &'a [Mover],
 }
 
 impl<S: Space> Packed for Correct<'_, S> {
@@ -447,28 +447,23 @@ impl<S: Space> Packed for Correct<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { frame, tile, hot, springs, movers } = self;
+        let Self { frame, tile, penalty, rows, hot, springs } = self;
         let (mut basis, mut changes) = (Basis::zero(), [[0.0; NODE_WORDS]; LANES]);
-        let groups = hot.chunks_mut(LANES).zip(springs.chunks_mut(LANES)).zip(movers.chunks(LANES));
-        for ((hot, springs), movers) in groups {
-            if !basis.set_of_grains::<S, P>(frame, hot, movers) {
-                continue;
-            }
-            let grains = hot.len();
+        for rows in rows.chunks(LANES) {
+            basis.set_of_grains::<S, P>(frame, hot, rows);
             P::enter(SumChanges::<S, P> {
                 basis: &basis,
                 edge: frame.edge,
                 tile,
-                changes: &mut changes[..grains],
+                changes: &mut changes[..rows.len()],
                 pack: std::marker::PhantomData,
             });
-            let free =
-                hot.iter_mut().zip(springs).zip(&changes).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
-            for (((hot, spring), change), _) in free {
+            for (row, change) in rows.iter().zip(&changes) {
+                let (hot, spring) = (&mut hot[*row as usize], &mut springs[*row as usize]);
                 let change = GrainChange::<S>::of(*change);
                 hot.velocity += change.velocity();
                 let share = change.share();
-                *spring = nodes::tied(spring, &(share.of(&hot.velocity) - change.shared()), &share);
+                *spring = penalty.after(spring, hot.mass, &(share.of(&hot.velocity) - change.shared()), &share);
             }
         }
     }

@@ -17,6 +17,7 @@ pub mod look;
 pub mod membrane;
 pub mod nodes;
 pub mod nonlocal;
+pub mod penalty;
 pub mod points;
 pub mod scatter;
 pub mod scheme;

@@ -6,36 +6,12 @@
 //! P_c -= lambda,  P_d += lambda
 //! ```
 //!
-//! A node makes one velocity of the mean velocities of grains and points around it, and what keeps single grains from going
-//! their own way is then no more than a dashpot. At the free edges of both within a rim, forces drive grains and
-//! continuum apart by `a dt` in every step, some 0.1 m/s, of which functions that smooth lambda leave a part for ever: the layer as
-//! a whole slips, and its outermost grains are pushed out of it one by one. So each grain of the rim is tied as well, by a
-//! spring q and a dashpot on the way that it slips against the velocities V of its nodes, with the continuum's share of
-//! their mass as its strength:
-//!
-//! ```text
-//! u = sum N S (v - V),  S = (m_c - sum m N t t)/(m_c + m_d)     after a step
-//! q <- q - k u,  v <- v + q - b u                               in the next
-//! J = sum w m N (q - b u)                                       what its nodes' continuum pays for it
-//! ```
-//!
-//! With it a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
-//! slackens. A membrane, whose mass m is part of m_c, holds grains across itself alone: along it (t) they slide on, or some layers of
-//! them would be glued to it by springs that wind up without end. Spring and dashpot are impulses between grains and continuum
-//! at a node, so that momentum is kept, and a node's velocity does not feel them.
+//! Single grains are held to their nodes by penalty springs beside ([`crate::mpm::penalty`]), impulses between grains and continuum at a
+//! node, so that momentum is kept and a node's velocity does not feel them.
 
 use crate::base::space::{Linear, Space};
-use crate::dem::grains::PenaltySpring;
 use crate::mpm::share::Share;
 use crate::mpm::tile::{Gathered, GrainChange, GrainNode};
-
-/// k and b. An oscillation of a grain against its nodes dies within tens of steps for all shares s, whatever part of it the
-/// nodes see.
-const SPRING: f64 = 0.1;
-const DASHPOT: f64 = 0.5;
-/// Share of the continuum below which springs slacken: half of what it has where rims weigh the same on both sides, and
-/// what it has at the edge of such a rim.
-const HOLDS: f64 = 0.25;
 
 /// A node after its step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,10 +58,4 @@ pub fn without_points<S: Space>(grains: &GrainNode<S>) -> GrainChange<S> {
         true => GrainChange::new(&nothing, &(grains.given() * (-1.0 / grains.mass())), &S::Vector::zero()),
         false => GrainChange::zero(),
     }
-}
-
-/// A penalty spring after a step in which its grain has come to slip at `slip`, u, m/s, among nodes of which the continuum has `share`.
-pub fn tied<S: Space>(spring: &PenaltySpring<S>, slip: &S::Vector, share: &Share<S>) -> PenaltySpring<S> {
-    let spring = share.left_of(&(spring.spring - *slip * SPRING), HOLDS);
-    PenaltySpring { spring, given: spring - *slip * DASHPOT }
 }

@@ -5,7 +5,7 @@ use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
 use crate::base::numbers::Lanes;
 use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
-use crate::dem::grains::{Hot as GrainHot, Mover, PenaltySpring};
+use crate::dem::grains::{Hot as GrainHot, PenaltySpring};
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scheme::ShapeFunction;
 use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
@@ -101,24 +101,15 @@ impl Basis {
         }
     }
 
-    /// Takes the functions that grains have at the places of up to eight, unless none of them is free, and says whether it has.
+    /// Takes the functions that grains have at the places of up to eight of these rows.
     #[inline(always)]
-    pub fn set_of_grains<S: Space, P: Pack>(
-        &mut self,
-        frame: &TileFrame<S>,
-        hot: &[GrainHot<S>],
-        movers: &[Mover],
-    ) -> bool {
-        if !movers.contains(&Mover::Free) {
-            return false;
-        }
-        let records = eight_of(hot);
+    pub fn set_of_grains<S: Space, P: Pack>(&mut self, frame: &TileFrame<S>, hot: &[GrainHot<S>], rows: &[u32]) {
+        let records = eight_of(rows).map(|row| &hot[*row as usize]);
         let mut place = S::VectorOf::<P>::zero();
         for axis in 0..S::DIMENSION {
             place.set_word(axis, P::load(&records.map(|grain| grain.position[axis])));
         }
         self.set::<S, P>(frame, (ShapeFunction::Quadratic, false), frame.place(&place));
-        true
     }
 
     /// The function of a node of the stencil at one of the places.
@@ -436,21 +427,22 @@ pub fn scatter_loads<S: Space>(
     }
 }
 
-/// What the block's free grains bring, at their positions before the step, once their penalty springs have given them what is due.
+/// What those grains of the block that take part bring, by their `rows` there, rising, at their positions before the step, once their
+/// penalty springs have given them what is due.
 pub fn scatter_grains<S: Space>(
     (frame, instructions): (&TileFrame<S>, Instructions),
-    hot: &mut [GrainHot<S>],
-    (springs, movers): (&[PenaltySpring<S>], &[Mover]),
+    rows: &[u32],
+    (hot, springs): (&mut [GrainHot<S>], &[PenaltySpring<S>]),
     tile: &mut [GrainNode<S>],
 ) {
-    instructions.run(ScatterGrains { frame, hot, springs, movers, tile });
+    instructions.run(ScatterGrains { frame, rows, hot, springs, tile });
 }
 
 struct ScatterGrains<'a, S: Space> {
     frame: &'a TileFrame<S>,
+    rows: &'a [u32],
     hot: &'a mut [GrainHot<S>],
     springs: &'a [PenaltySpring<S>],
-    movers: &'a [Mover],
     tile: &'a mut [GrainNode<S>],
 }
 
@@ -459,21 +451,19 @@ impl<S: Space> Packed for ScatterGrains<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { frame, hot, springs, movers, tile } = self;
+        let Self { frame, rows, hot, springs, tile } = self;
         let mut basis = Basis::zero();
-        let groups = hot.chunks_mut(LANES).zip(springs.chunks(LANES)).zip(movers.chunks(LANES));
-        for ((hot, springs), movers) in groups {
-            if basis.set_of_grains::<S, P>(frame, hot, movers) {
-                P::enter(AddGrains::<S, P> {
-                    basis: &basis,
-                    edge: frame.edge,
-                    hot,
-                    springs,
-                    movers,
-                    tile,
-                    pack: std::marker::PhantomData,
-                });
-            }
+        for rows in rows.chunks(LANES) {
+            basis.set_of_grains::<S, P>(frame, hot, rows);
+            P::enter(AddGrains::<S, P> {
+                basis: &basis,
+                edge: frame.edge,
+                rows,
+                hot,
+                springs,
+                tile,
+                pack: std::marker::PhantomData,
+            });
         }
     }
 }
@@ -482,9 +472,9 @@ impl<S: Space> Packed for ScatterGrains<'_, S> {
 struct AddGrains<'a, S: Space, P> {
     basis: &'a Basis,
     edge: usize,
+    rows: &'a [u32],
     hot: &'a mut [GrainHot<S>],
     springs: &'a [PenaltySpring<S>],
-    movers: &'a [Mover],
     tile: &'a mut [GrainNode<S>],
     pack: std::marker::PhantomData<P>,
 }
@@ -494,11 +484,9 @@ impl<S: Space, P: Pack> Kernel<P> for AddGrains<'_, S, P> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { basis, edge, hot, springs, movers, tile, .. } = self;
-        for (lane, ((hot, spring), mover)) in hot.iter_mut().zip(springs).zip(movers).enumerate() {
-            if *mover != Mover::Free {
-                continue;
-            }
+        let Self { basis, edge, rows, hot, springs, tile, .. } = self;
+        for (lane, row_of_grain) in rows.iter().enumerate() {
+            let (hot, spring) = (&mut hot[*row_of_grain as usize], &springs[*row_of_grain as usize]);
             hot.velocity += spring.given;
             let mass = hot.weight * hot.mass;
             let brought = GrainNode::<S>::new(mass, &(hot.velocity * mass), &(spring.given * mass));

@@ -19,6 +19,7 @@ use crate::domain::world::{Settings, World};
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
 use crate::mpm::load::{Kind, LOADS_MAX, Load, of_side};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
+use crate::mpm::penalty::Penalty;
 use crate::mpm::points::Point;
 use crate::mpm::scheme::Transfer;
 use crate::mpm::stress::SharedMaterial;
@@ -176,6 +177,7 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
             impedance,
             depth: if S::DIMENSION == 2 { job.grid.depth } else { 1.0 },
             gravity_ramp: job.gravity.ramp,
+            penalty: grains.map_or(Penalty::NONE, |grains| grains.penalty(job.step)),
         },
         loads: job.loads.iter().map(|load| load_of::<S>(job, load)).collect(),
         material,

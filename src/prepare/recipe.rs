@@ -76,6 +76,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
     let grains = Granular {
         method: Method::Dem,
         piece: Assembly { gravity: [0.0; 3], bodies: Vec::new(), ..piece(&granular.piece, packed) },
+        coupling: granular.coupling,
         enrichment: NO_ZONE,
         reference: Origin::Specimen,
         rves: Rves::DEFAULT,

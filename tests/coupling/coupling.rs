@@ -7,6 +7,7 @@ use scree::dem::grains::PenaltySpring;
 use scree::domain::accounts::energy::Energies;
 use scree::domain::accounts::ledger::Accounts;
 use scree::mpm::nodes;
+use scree::mpm::penalty::Coupling;
 use scree::mpm::share::dyad;
 use scree::mpm::stress::StressModel;
 use scree::mpm::tile::{Gathered, GrainNode};
@@ -252,6 +253,8 @@ fn sharing_is_exact_for_any_masses() {
 fn a_tie_to_a_membrane_does_not_wind_up_along_it() {
     let (along, across) = (Vector::new(0.6, 0.8), Vector::new(-0.8, 0.6));
     let pull = (along * 1e3 + across * 1e4) * DT;
+    // k = 0.1 for a grain of a kilogram.
+    let penalty = Coupling::DEFAULT.in_steps(0.1 / (DT * DT), DT);
     let after = |of_membrane: f64| {
         let mut node: Gathered<Plane> = Gathered::zero();
         node.bring(3.0, &Vector::zeros(), &Vector::zeros());
@@ -261,7 +264,8 @@ fn a_tie_to_a_membrane_does_not_wind_up_along_it() {
             velocity += pull + spring.given;
             let still = GrainNode::new(1.0, &Vector::zeros(), &Vector::zeros());
             let change = nodes::step(&node, &still, &Vector::zeros(), DT, |_| Vector::zeros()).grains;
-            spring = nodes::tied(&spring, &(change.share().of(&velocity) - change.shared()), &change.share());
+            let slip = change.share().of(&velocity) - change.shared();
+            spring = penalty.after(&spring, 1.0, &slip, &change.share());
             way += velocity * DT;
         }
         (spring, velocity, way)
@@ -309,10 +313,10 @@ fn what_pulls_grains_off_the_continuum_does_not_make_them_slip() {
     assert!(slip < 0.02 * free, "{slip:e} m, where sharing alone slips by some {free:e}");
 }
 
-/// A grain that comes among grains alone, with a spring that still holds it, is let go, and momentum is kept all the same.
+/// A grain of the overlap that comes among grains alone, with a spring that still holds it, is let go, and momentum is kept all the same.
 #[test]
 fn a_tie_slackens_among_grains_alone() {
-    let mut grains = grain_rows(-9..9, 0.49e-3, |_| 1.0);
+    let mut grains = grain_rows(-9..9, 0.49e-3, |_| 0.5);
     for (number, grain) in grains.iter_mut().enumerate() {
         let push = Vector::new(1e-3 * (number % 7) as f64, 2e-3);
         grain.spring = PenaltySpring { spring: push, given: push };
@@ -336,6 +340,27 @@ fn a_tie_slackens_among_grains_alone() {
         .zip(&world.assembly.grains.springs)
         .filter(|(hot, _)| hot.position[1] < -7.6e-3);
     assert!(near.clone().count() > 40 && near.clone().all(|(_, spring)| *spring != PenaltySpring::loose()));
+}
+
+/// Grains of the core have no continuum in their place: nodes that they reach neither brake them nor hold them, and no spring is left of
+/// what they may have had. Those near a membrane take part whatever they weigh, see `coupled`.
+#[test]
+fn grains_of_the_core_do_not_take_part() {
+    let weight = |y: f64| if y < -4e-3 { 0.5 } else { 1.0 };
+    let mut grains = grain_rows(-9..9, 0.49e-3, weight);
+    for grain in &mut grains {
+        grain.hot.velocity = Vector::new(0.0, 0.3);
+        grain.spring = PenaltySpring { spring: Vector::new(0.1, 0.1), given: Vector::zeros() };
+    }
+    let points = point_rows(-7..-3, 0.0, |_| 0.5);
+    let mut world = coupled_world(&Solo, grains, points);
+    assert_eq!(world.subdomain.participants.count(), 48 * 5);
+    world.advance().unwrap();
+    for row in world.rows().0 {
+        let is_core = row.hot.weight == 1.0;
+        assert_eq!(row.hot.velocity == Vector::new(0.0, 0.3), is_core, "{:?}", row.hot);
+        assert_eq!(row.spring == PenaltySpring::loose(), is_core, "{:?}", row.spring);
+    }
 }
 
 /// Continuum above and below a layer of grains with rims of one weight half on either side, all of one velocity: nothing

@@ -127,7 +127,8 @@ fn passed(bar: Bar, length: f64) -> [f64; 2] {
     let layout = Layout::plane([COLUMNS, ROWS], 2, CELL, [0.0, -0.5 * ROWS as f64 * CELL]).unwrap();
     let cell = cell_of(&layout);
     let mut settings: Settings<Plane> = settings(DT, contact(0.0));
-    (settings.grid, settings.material) = (Grid::blend(1.0), std::sync::Arc::new(elastic()));
+    settings.grid = Grid { penalty: settings.grid.penalty, ..Grid::blend(1.0) };
+    settings.material = std::sync::Arc::new(elastic());
     let parts = Parts::fresh(grains(bar, length), points(bar, length), Vec::new(), cell);
     let mut world = PlanarWorld::new(settings, layout, &Solo, 0, parts).unwrap();
     let before = energy_below(&world, f64::INFINITY);

@@ -20,6 +20,7 @@ use scree::domain::transfer;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{LinearSpringDashpot as LinearContact, NormalForce};
 use scree::law::material::CriticalDruckerPrager;
+use scree::mpm::penalty::Coupling;
 use scree::mpm::points::Point;
 use scree::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use scree_partition::transport::threads;
@@ -124,7 +125,13 @@ impl Plan {
             normal_force: NormalForce::TENSILE,
         };
         Settings {
-            grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
+            grid: Grid {
+                shape: self.shape,
+                update: self.update,
+                transfer: self.transfer,
+                penalty: Coupling::DEFAULT.in_steps(contact.stiffness_normal, STEP),
+                ..Grid::blend(0.9)
+            },
             material: std::sync::Arc::new(CriticalDruckerPrager {
                 bulk_modulus: 1e4,
                 shear_modulus: 5e3,

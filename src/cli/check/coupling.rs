@@ -17,6 +17,11 @@ pub fn section(page: &mut Page, slots: &Slots) {
         let height = figures(1e3 * of::zone_height(on, granular));
         page.row("height of the zone", &format!("{height} mm"), "around a flat band one cell thick");
     }
+    page.row(
+        "penalty springs",
+        &figures(granular.coupling.stiffness),
+        &format!("times a contact's stiffness, {} of critical damping", figures(granular.coupling.damping)),
+    );
     page.row("training", &figures(zone.training), "share of the continuum's motion");
     let whence = match granular.reference {
         Origin::Specimen => "grains of a zone are those of a specimen that is equilibrated before the run",

@@ -218,18 +218,19 @@ impl<S: Space> World<'_, S> {
         let timer = self.phases.start();
         let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let instructions = self.assembly.contacts.instructions();
-        let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
-        let Grains { hot, springs, movers, owned, .. } = &mut self.assembly.grains;
+        let Subdomain { participants, grain_ranges, .. } = &self.subdomain;
+        let frames = &self.continuum.frames;
+        let Grains { hot, springs, owned, .. } = &mut self.assembly.grains;
         let held = Held {
             rows: (&mut hot[..*owned], &mut springs[..]),
             tiles: &mut self.continuum.tiles.grains[..rows],
             tile_len,
         };
-        over_blocks(ranges, held, &|block, Held { rows: (rows, springs), tiles, .. }| {
-            if coupled[block] {
+        over_blocks(grain_ranges, held, &|block, Held { rows: (hot, springs), tiles, .. }| {
+            let rows = participants.in_block(block);
+            if !rows.is_empty() {
                 tiles.fill(GrainNode::zero());
-                let frame = (&frames[block], instructions);
-                scatter_grains(frame, rows, (springs, &movers[ranges[block].clone()]), tiles);
+                scatter_grains((&frames[block], instructions), rows, (hot, springs), tiles);
             }
             0.0
         });
@@ -420,15 +421,16 @@ impl<S: Space> World<'_, S> {
         }
         let timer = self.phases.start();
         let (len, instructions) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.assembly.contacts.instructions());
-        let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
-        let (tiers, tiles) = (&self.subdomain.nodes.mosaic.tiers, &self.continuum.tiles.grain_changes);
-        let Grains { hot, springs, movers, owned, .. } = &mut self.assembly.grains;
+        let Subdomain { participants, grain_ranges, nodes, .. } = &self.subdomain;
+        let (frames, tiers) = (&self.continuum.frames, &nodes.mosaic.tiers);
+        let (tiles, penalty) = (&self.continuum.tiles.grain_changes, &self.settings.grid.penalty);
+        let Grains { hot, springs, owned, .. } = &mut self.assembly.grains;
         let held = Held { rows: (&mut hot[..*owned], &mut springs[..]), tiles: (), tile_len: 0 };
-        over_blocks(ranges, held, &|block, Held { rows: (rows, springs), .. }| {
-            if coupled[block] && tiers[block] == tier {
+        over_blocks(grain_ranges, held, &|block, Held { rows: (hot, springs), .. }| {
+            let rows = participants.in_block(block);
+            if !rows.is_empty() && tiers[block] == tier {
                 let tile = &tiles[block * len..(block + 1) * len];
-                let frame = (&frames[block], instructions);
-                correct_grains(frame, tile, rows, springs, &movers[ranges[block].clone()]);
+                correct_grains((&frames[block], instructions), (tile, penalty), rows, (hot, springs));
             }
             0.0
         });

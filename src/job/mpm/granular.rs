@@ -3,7 +3,9 @@
 use crate::couple::zone::Enrichment;
 use crate::job::Method;
 use crate::job::assembly::Assembly;
+use crate::job::figures;
 use crate::job::mpm::Rves;
+use crate::mpm::penalty::{Coupling, Penalty};
 
 /// The grains of a material: what it is made of from the start, or where a band persists, or what a continuum alone stands for.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,12 +13,21 @@ pub struct Granular {
     pub method: Method,
     /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions, or stands at every point.
     pub piece: Assembly,
+    /// Penalty springs of grains that share nodes with points or membranes.
+    pub coupling: Coupling,
     pub enrichment: Enrichment,
     pub reference: Origin,
     /// Where the material is a grain assembly at every point.
     pub rves: Rves,
     /// Bands that need no oracle.
     pub known: Option<KnownBands>,
+}
+
+impl Granular {
+    /// Penalty springs in steps of grains of `dt`, s.
+    pub fn penalty(&self, dt: f64) -> Penalty {
+        self.coupling.in_steps(figures::springs_mean(&self.piece).normal, dt)
+    }
 }
 
 /// Where the grains of a hybrid come from.

@@ -22,6 +22,7 @@ use crate::job::{Method, Output};
 use crate::law::contact::Contact;
 use crate::law::material::ConstitutiveLaw;
 use crate::mpm::nonlocal::Nonlocal;
+use crate::mpm::penalty::Coupling;
 use crate::mpm::scheme::Scheme;
 
 impl Mpm {
@@ -60,6 +61,7 @@ impl Mpm {
                     page.section("rve", |page| granular.rves.keys(page));
                 }
                 Method::Hybrid | Method::Dem | Method::Mpm | Method::Fem => {
+                    page.section("coupling", |page| granular.coupling.keys(page));
                     page.section("enrichment", |page| granular.keys_of_enrichment(page));
                     page.section("zone", |page| granular.enrichment.life.keys(page));
                 }
@@ -192,6 +194,9 @@ impl Mpm {
             }),
             section("rve", "grains as the material of points", |form| grains.rves.keys(form)),
             section("nonlocal", "a mean of strain around every point", |form| Nonlocal::BLANK.clone().keys(form)),
+            section("coupling", "how grains are held to nodes that they share with points or membranes", |form| {
+                grains.coupling.keys(form);
+            }),
             section("enrichment", "grains for points", |form| grains.keys_of_enrichment(form)),
             section("zone", "what becomes of the grains' zone", |form| grains.enrichment.life.keys(form)),
             section("output", "what is written and when", |form| job.output.keys(form, &mut job.ledger)),
@@ -608,6 +613,7 @@ impl Granular {
         Self {
             method: Method::Hybrid,
             piece: Assembly { contact: Contact::ASLEEP, ..Assembly::blank() },
+            coupling: Coupling::DEFAULT,
             enrichment: Enrichment::around(0.0),
             reference: Origin::Specimen,
             rves: Rves::DEFAULT,

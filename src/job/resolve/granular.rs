@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::base::math;
 use crate::job::assembly::{Assembly, Body, Motion, Packed, Preparation, Shape, Source};
-use crate::job::figures::{bounds, diameter_max, fraction_in_cell, margin, stresses_of_packing};
+use crate::job::figures::{self, bounds, diameter_max, diameters, fraction_in_cell, margin, stresses_of_packing};
 use crate::job::mpm::figures::{bounding_box, pressures_at_start};
 use crate::job::mpm::forecast::FRACTION_OF_PACKING;
 use crate::job::mpm::{
@@ -21,19 +21,22 @@ use crate::job::raw::{Reader, Typed};
 use crate::job::schema::Kind;
 use crate::job::{Method, stable};
 use crate::law::material::ConstitutiveLaw;
+use crate::mpm::penalty::Coupling;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
-const TABLES: [&str; 6] = ["packing", "contact", "enrichment", "zone", "rve", "damping"];
+const TABLES: [&str; 7] = ["packing", "contact", "coupling", "enrichment", "zone", "rve", "damping"];
 /// Those among them that only RVEs ask for, and those that only grains in the place of points do.
 const TABLES_OF_RVES: [&str; 2] = ["rve", "damping"];
-const TABLES_OF_ZONES: [&str; 2] = ["enrichment", "zone"];
+const TABLES_OF_ZONES: [&str; 3] = ["coupling", "enrichment", "zone"];
 /// Rounding of a stress that is that of the packing.
 const STRESS_SLACK: f64 = 1e-9;
 /// How far a plane that stands in for a face stands before it, in cells.
 const BEFORE_FACE: f64 = 1e-9;
 /// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
 const SKIN_MAX: f64 = 0.8;
+/// Bound on `k + 2 b` of penalty springs, [`crate::mpm::penalty`].
+const STABILITY_MAX: f64 = 4.0;
 /// Cells that a zone keeps between its flagged nodes and its rim, at least.
 const CELLS_OF_ZONE: f64 = 1.25;
 
@@ -68,11 +71,11 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
     }
     let has_rves = granular.method.has_rves();
     let (others, whose) = match has_rves {
-        true => (TABLES_OF_ZONES, "\"hybrid\", where grains take the place of points"),
-        false if is_meshed => (TABLES_OF_RVES, "\"fem_dem\", where every element has grains of its own"),
-        false => (TABLES_OF_RVES, "\"mpm_dem\", where every point has grains of its own"),
+        true => (&TABLES_OF_ZONES[..], "\"hybrid\", where grains take the place of points"),
+        false if is_meshed => (&TABLES_OF_RVES[..], "\"fem_dem\", where every element has grains of its own"),
+        false => (&TABLES_OF_RVES[..], "\"mpm_dem\", where every point has grains of its own"),
     };
-    for table in others.map(|name| typed.table(name, false, why)).iter().filter(|table| table.is_typed()) {
+    for table in others.iter().map(|name| typed.table(name, false, why)).filter(|table| table.is_typed()) {
         let problem = format!("is for method = {whose}, and this is {:?}. Remove it.", granular.method.name());
         table.add(table.refusal_of_table(&problem));
     }
@@ -83,6 +86,7 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
         granular.piece.step = stable::step_default(&bounds(&granular.piece));
         return Ok(Some(granular));
     }
+    granular.coupling.keys(&mut typed.table("coupling", false, why));
     granular.enrichment.distance = grid.cell;
     granular.keys_of_enrichment(&mut typed.table("enrichment", granular.method == Method::Hybrid, why));
     granular.enrichment.life.keys(&mut typed.table("zone", false, why));
@@ -269,6 +273,27 @@ pub fn check_method(job: &Mpm, grains: &Granular, typed: &Typed) {
             "goes to the nodes twice a step, and grains share them once. In a job with grains write \"last\".",
         ));
     }
+    check_coupling(job, grains, typed);
+}
+
+/// Penalty springs that shake the lightest grain apart.
+fn check_coupling(job: &Mpm, grains: &Granular, typed: &Typed) {
+    let piece = &grains.piece;
+    let smallest = diameters(piece).smallest;
+    let coupling = grains.coupling;
+    if grains.penalty(job.step).stability(figures::grain(piece, smallest).mass) <= STABILITY_MAX {
+        return;
+    }
+    // k + 4 zeta sqrt(k) = 4
+    let root = (4.0 * coupling.damping * coupling.damping + STABILITY_MAX).sqrt() - 2.0 * coupling.damping;
+    let unit = Coupling { stiffness: 1.0, damping: 0.0 };
+    let one = unit.in_steps(figures::springs_mean(piece).normal, job.step).stability(figures::grain(piece, smallest).mass);
+    let problem = format!(
+        "makes springs that swing the lightest grain farther with every step: with coupling.damping = {} at most {}.",
+        digits(coupling.damping),
+        significant(root * root / one, 3)
+    );
+    typed.note_together(typed.refusal("coupling", "stiffness", &problem));
 }
 
 /// What RVEs ask of the rest of the job: a stress everywhere at the start, and none below that of their packing.

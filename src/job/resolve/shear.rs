@@ -96,6 +96,7 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     job.oracle.keys(&mut typed.table("oracle", method == Method::Hybrid, &why), |window| {
         steps_between_looks(window, steps_per_strain)
     });
+    job.coupling.keys(&mut typed.table("coupling", false, &why));
     job.enrichment.distance = DISTANCE_ASLEEP * diameter;
     job.enrichment.keys(&mut typed.table("enrichment", method == Method::Hybrid, &why));
     job.enrichment.life.keys(&mut typed.table("zone", false, &why));
