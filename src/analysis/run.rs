@@ -335,6 +335,7 @@ fn summary(directory: &Path, step: f64) -> Result<Map<String, Value>, Error> {
         })?,
         false => Map::new(),
     };
+    figures.extend(of_refusals(directory));
     let is_of_now = figures.get("steps").and_then(Value::as_f64).is_some_and(|told| told >= step);
     if !is_of_now {
         figures.extend(of_enrichment(directory));
@@ -342,6 +343,19 @@ fn summary(directory: &Path, step: f64) -> Result<Map<String, Value>, Error> {
         figures.insert("steps".to_owned(), json!(step));
     }
     Ok(figures)
+}
+
+/// How often the log has told that a zone around a band was refused, and why at last.
+fn of_refusals(directory: &Path) -> Map<String, Value> {
+    let log = std::fs::read_to_string(directory.join("log.jsonl")).unwrap_or_default();
+    let lines = log.lines().filter_map(|line| serde_json::from_str::<Map<String, Value>>(line).ok());
+    let refused: Vec<_> = lines.filter(|line| line.get("event") == Some(&json!("zone_refused"))).collect();
+    let mut figures = Map::new();
+    if let Some(last) = refused.last() {
+        figures.insert("zones_refused".to_owned(), json!(refused.len()));
+        figures.insert("zone_refused_why".to_owned(), last.get("why").cloned().unwrap_or_default());
+    }
+    figures
 }
 
 /// What the log has told of an enrichment: these figures the summary has as well.

@@ -17,6 +17,9 @@ use crate::mpm::track::LOOKS;
 /// Looks within the window c_l.
 const LOOKS_PER_WINDOW: f64 = 8.0;
 
+/// The strain clock over that at which a band was refused when it may be found again.
+const REFUSED_FOR: f64 = 1.25;
+
 /// Shear band detection (Chen et al. 2021, section 3, Algorithm 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oracle {
@@ -67,7 +70,8 @@ pub struct Memory {
     /// Looks taken; the strain clock at the last of them by slot.
     pub looks: u64,
     pub clocks: [f64; LOOKS],
-    /// Flagged nodes of the last look, by their index in the domain, rising, and the strain clock since when.
+    /// Flagged nodes of the last look, by their index in the domain, rising, and the strain clock since when, or until when a band that was
+    /// refused is not asked for.
     pub flagged: Vec<u64>,
     pub unchanged_since: f64,
 }
@@ -96,6 +100,13 @@ impl Memory {
         (slot, begin)
     }
 
+    /// A band that has been found can have no zone. It is not one again until the fastest point has sheared by a quarter more in all: tried
+    /// again soon after an early mistake, and not at every look for ever.
+    pub fn refuse(&mut self) {
+        self.flagged.clear();
+        self.unchanged_since = REFUSED_FOR * self.clock;
+    }
+
     /// Takes in the flagged set of a look, rising; true once it is not empty and has stayed as it is for c_g, but for the share
     /// of it that may have come and gone since the look before: the more nodes a band has, the likelier one of them is at the
     /// threshold. A set that wanders by less than that from look to look stands, as far as this can tell.
@@ -104,7 +115,7 @@ impl Memory {
         let changed = flagged.len() + self.flagged.len() - 2 * common;
         if self.flagged.is_empty() && !flagged.is_empty() || changed as f64 > settings.tolerance * flagged.len() as f64
         {
-            self.unchanged_since = self.clock;
+            self.unchanged_since = self.unchanged_since.max(self.clock);
         }
         self.flagged = flagged;
         !self.flagged.is_empty() && self.clock - self.unchanged_since >= settings.persistence
@@ -177,5 +188,30 @@ impl NodeFields {
             }
         }
         flagged
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_band_that_was_refused_is_found_again_once_a_quarter_more_has_been_sheared() {
+        let settings = Oracle { persistence: 0.01, ..Oracle::OF_SHEAR };
+        let mut memory = Memory::default();
+        let mut found = Vec::new();
+        for look in 0..1000 {
+            memory.clock = 0.001 * f64::from(look);
+            if memory.persists(vec![3, 4, 5], &settings) {
+                found.push(memory.clock);
+                memory.refuse();
+            }
+        }
+        assert!((found[0] - 0.01).abs() < 1e-12, "{found:?}");
+        for pair in found.windows(2) {
+            let wanted = REFUSED_FOR * pair[0] + settings.persistence;
+            assert!((pair[1] - wanted).abs() < 1.5e-3, "{found:?}");
+        }
+        assert!(found.len() > 8 && found.len() < 15, "{found:?}");
     }
 }

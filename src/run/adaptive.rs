@@ -90,31 +90,43 @@ impl Adaptive<'_> {
     /// Where they cannot be, the continuum stays.
     fn grow(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error> {
         let flagged = std::mem::take(&mut core.progress.oracle.flagged);
-        let mut has_grown = false;
+        let (mut has_grown, mut is_refused) = (false, false);
         for set in enrichment::cell_grid(&core.world).connected(&flagged) {
             // What the set before has reached needs no grains of its own.
             let left = watch::beyond_grains(&core.world, set)?;
-            has_grown |= !left.is_empty() && self.grow_around(&left, core, strain)?;
+            if left.is_empty() {
+                continue;
+            }
+            match self.plan(&left, core)? {
+                Ok(plan) => {
+                    self.extend(plan, left.len(), core, strain)?;
+                    has_grown = true;
+                }
+                Err(refusal) => {
+                    tell_refusal(&refusal, left.len(), core, strain)?;
+                    is_refused = true;
+                }
+            }
+        }
+        if is_refused && !has_grown {
+            core.progress.oracle.refuse();
         }
         Ok(has_grown)
     }
 
-    fn grow_around(&self, flagged: &[u64], core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error> {
+    /// Grains around these nodes.
+    fn plan(&self, flagged: &[u64], core: &mut PlanarCore) -> Result<Result<Plan, Refusal>, Error> {
         let file = packing_file(&core.options.out);
-        core.world.rebuild()?;
-        let (how, packing) = ((self.enrichment, self.depth), (file.as_path(), self.lies));
-        let plan = match Plan::of(&mut core.world, how, flagged, &core.progress.instants, packing)? {
-            Ok(plan) => plan,
-            Err(Refusal(why)) => {
-                let step = core.world.step;
-                core.on_root(|outputs| outputs.log("zone_cannot_grow", step, json!({ "why": why })))?;
-                return Ok(false);
-            }
-        };
+        let how = (self.enrichment, self.depth);
+        Plan::of(&mut core.world, how, flagged, &core.progress.instants, (&file, self.lies))
+    }
+
+    /// A zone that is there has grown.
+    fn extend(&self, plan: Plan, flagged: usize, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
         let enriched = plan.carry_out(&mut core.world)?;
         tracing::info!(step = core.world.step, strain, grains = enriched.grains, "the zone has grown");
         let figures = json!({
-            "flagged": flagged.len(),
+            "flagged": flagged,
             "grains": enriched.grains,
             "grains_rim": enriched.grains_rim,
             "points_removed": enriched.points_removed,
@@ -122,8 +134,7 @@ impl Adaptive<'_> {
             "stress_points": enriched.stress_points,
             "stress_grains": enriched.stress_grains,
         });
-        record_change(core, "zone_grew", (figures, &enriched.kept), strain)?;
-        Ok(true)
+        record_change(core, "zone_grew", (figures, &enriched.kept), strain)
     }
 
     /// A look at what rests, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear
@@ -163,30 +174,91 @@ impl Adaptive<'_> {
         Ok(true)
     }
 
-    /// Frames on either side show what has changed. What is there now has accounts of energy from here on.
+    /// The first zone, around all flagged nodes; where it cannot be, around those of their sets where it can. What cannot be had is told
+    /// and stays continuum, and the oracle looks on. A band that the job names is another matter: without its zone that would be
+    /// another job.
     fn enrich(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
-        core.write_frame()?;
         let what = match self.finder {
             Finder::Oracle(..) => "shear band found; training grains for it",
             Finder::Known(_) => "training grains for known shear bands",
         };
         tracing::info!(step = core.world.step, strain, "{what}");
-        let file = packing_file(&core.options.out);
-        let (flagged, instants) = (&core.progress.oracle.flagged, &core.progress.instants);
         let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);
         let started = std::time::Instant::now();
-        let how = (self.enrichment, self.depth);
-        let enriched = enrichment::enrich(&mut core.world, how, flagged, instants, (&file, self.lies))?;
-        core.progress.enriched_step = core.world.step;
-        if !self.enrichment.life.grows {
-            // Points have forgotten where they were then.
-            core.progress.instants = Instants::default();
+        let flagged = core.progress.oracle.flagged.clone();
+        let refusal = match self.plan(&flagged, core)? {
+            Ok(plan) => {
+                self.begin(plan, core, strain, (stepped, started))?;
+                self.forget_paths(core);
+                return Ok(());
+            }
+            Err(refusal) => refusal,
+        };
+        if let Finder::Known(_) = self.finder {
+            return Err(Error::Run(refusal.0));
         }
+        tell_refusal(&refusal, flagged.len(), core, strain)?;
+        let sets = enrichment::cell_grid(&core.world).connected(&flagged);
+        for set in if sets.len() > 1 { &sets[..] } else { &[] } {
+            let is_first = core.progress.enriched_step == 0;
+            let left = if is_first { set.clone() } else { watch::beyond_grains(&core.world, set.clone())? };
+            if left.is_empty() {
+                continue;
+            }
+            match self.plan(&left, core)? {
+                Ok(plan) if is_first => self.begin(plan, core, strain, (stepped, started))?,
+                Ok(plan) => self.extend(plan, left.len(), core, strain)?,
+                Err(refusal) => tell_refusal(&refusal, left.len(), core, strain)?,
+            }
+        }
+        if core.progress.enriched_step == 0 {
+            core.progress.oracle.refuse();
+        } else {
+            self.forget_paths(core);
+        }
+        Ok(())
+    }
+
+    /// Frames on either side show what has changed. What is there now has accounts of energy from here on.
+    fn begin(
+        &self,
+        plan: Plan,
+        core: &mut PlanarCore,
+        strain: Option<f64>,
+        (stepped, started): (f64, std::time::Instant),
+    ) -> Result<(), Error> {
+        core.write_frame()?;
+        let enriched = plan.carry_out(&mut core.world)?;
+        core.progress.enriched_step = core.world.step;
         let seconds = started.elapsed().as_secs_f64();
         record(core, &enriched, strain, [stepped, seconds])?;
         core.world.open_accounts(core.accounts);
         core.write_frame()
     }
+
+    /// Where points were is asked for as long as zones are made.
+    fn forget_paths(&self, core: &mut PlanarCore) {
+        if !self.enrichment.life.grows {
+            core.world.continuum.points.forget();
+            core.progress.instants = Instants::default();
+        }
+    }
+}
+
+/// Told in the log and to whoever looks on.
+fn tell_refusal(
+    Refusal(why): &Refusal,
+    flagged: usize,
+    core: &mut PlanarCore,
+    strain: Option<f64>,
+) -> Result<(), Error> {
+    let (step, time) = (core.world.step, core.world.time());
+    tracing::warn!(step, strain, "a shear band stays continuum: {why}");
+    let mut figures = json!({ "why": why, "flagged": flagged, "time": time });
+    if let Some(strain) = strain {
+        figures["strain"] = json!(strain);
+    }
+    core.on_root(|outputs| outputs.log("zone_refused", step, figures))
 }
 
 /// A look of the oracle where one is due; whether a band has been found. Collective.

@@ -32,6 +32,15 @@ impl Log {
         told["run"].as_str().map(str::to_string)
     }
 
+    /// How often an event has been told, and the last time.
+    pub fn told(&self, event: &str) -> (usize, Option<Value>) {
+        let Ok(file) = File::open(&self.path) else { return (0, None) };
+        let lines = BufReader::new(file).lines().map_while(Result::ok);
+        let told = lines.filter_map(|line| serde_json::from_str::<Value>(&line).ok());
+        let told = told.filter(|told| told["event"] == event);
+        told.fold((0, None), |(count, _), told| (count + 1, Some(told)))
+    }
+
     /// Cuts off what a run that ended without notice has told of steps after `step`, which will be told again, and a line that
     /// it did not finish.
     pub fn cut_after(&mut self, step: u64) -> Result<(), Error> {

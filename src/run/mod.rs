@@ -620,13 +620,30 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
     }
 
     fn done(mut self) -> Result<Outcome, Error> {
-        let words = self.close("done")?;
+        let words = format!("{}{}", self.close("done")?, self.without_zone());
         let (out, seconds) = (self.core.options.out.display(), self.started.elapsed().as_secs_f64());
         Ok(Outcome::Done(format!(
             "{words}\nDone: {} steps in {seconds:.1} s, {} at the end.\nResults are in {out}; `scree report {out}` draws them.",
             self.core.world.step - self.first_step,
             self.experiment.told(&self.core.world),
         )))
+    }
+
+    /// What a hybrid says that has remained a continuum.
+    fn without_zone(&self) -> String {
+        let Picture { may_have_grains, may_have_points, .. } = self.experiment.picture;
+        if !(may_have_grains && may_have_points) || self.core.world.has_grains() {
+            return String::new();
+        }
+        let refused = self.core.outputs.as_ref().map(|outputs| outputs.told("zone_refused"));
+        match refused {
+            Some((count, Some(last))) => format!(
+                "\nNo grains have entered: bands were found and their zones refused, {count} times, at last at step {}: {}",
+                last["step"],
+                last["why"].as_str().unwrap_or_default()
+            ),
+            _ => "\nNo grains have entered: the oracle has found no band that persists.".to_owned(),
+        }
     }
 
     /// Last words on disk, and for a person.

@@ -1,20 +1,21 @@
 //! Grains for points: what enters, what stays, and that nothing is made or lost on the way.
 
 use proptest::prelude::*;
-use scree::adapt::enrichment::{self, Enriched, cell_grid};
+use scree::adapt::enrichment::{self, Enriched, Plan, Refusal, cell_grid};
 use scree::adapt::watch;
 use scree::couple::oracle::Memory;
 use scree::couple::select::{Candidate, Selection, select};
 use scree::couple::zone::{CellGrid, Enrichment, Label, Zone, ZoneLife};
 use scree::dem::grains::Mover;
 use scree::domain::accounts::ledger::Accounts;
-use scree::job::Scenario;
-use scree::mpm::points::{Past, Point};
+use scree::job::{Job, Scenario};
 use scree::mpm::track::Instants;
 use scree::prepare::reference::Lies;
 use scree::prepare::{plates, sheared};
+use scree::run::{Outcome, start};
 use scree_partition::{Solo, Transport};
 
+use crate::runs::options;
 use crate::worlds::{PlanarWorld, Random, packed_job};
 
 fn settings(distance: f64) -> Enrichment {
@@ -30,6 +31,18 @@ pub fn sums(world: &PlanarWorld) -> [f64; 4] {
     grains.chain(points).fold([0.0; 4], |[mass, x, y, scale], (more, velocity)| {
         [mass + more, x + more * velocity[0], y + more * velocity[1], scale + more * velocity.norm()]
     })
+}
+
+/// Grains for the points around these nodes.
+pub fn enrich(
+    world: &mut PlanarWorld,
+    how: (&Enrichment, f64),
+    flagged: &[u64],
+    instants: &Instants,
+    packing: (&std::path::Path, Lies<'_>),
+) -> Enriched {
+    let plan = Plan::of(world, how, flagged, instants, packing).unwrap();
+    plan.unwrap_or_else(|Refusal(why)| panic!("{why}")).carry_out(world).unwrap()
 }
 
 /// A hybrid run up to the moment when the oracle fires.
@@ -66,14 +79,8 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     let (before, points_before) = (sums(&world), world.continuum.points.rows().collect::<Vec<_>>());
     let energy_before = world.energies().unwrap();
 
-    let enriched = enrichment::enrich(
-        &mut world,
-        (&scenario.enrichment, scenario.specimen.depth),
-        &flagged,
-        &instants,
-        (&file, Lies::Whole),
-    )
-    .unwrap();
+    let how = (&scenario.enrichment, scenario.specimen.depth);
+    let enriched = enrich(&mut world, how, &flagged, &instants, (&file, Lies::Whole));
     let after = sums(&world);
     println!(
         "enrichment: mass {:.1e}, momentum {:.1e}, {:.1e}",
@@ -101,8 +108,7 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
         assert_eq!(point.hot.weight, wanted);
         point.hot.weight = was.hot.weight;
         (point.cold.home, point.hot.position, point.cold.image) = (was.cold.home, was.hot.position, was.cold.image);
-        assert_eq!(point.past, Past::default());
-        assert_eq!(Point { past: was.past, ..point }, *was);
+        assert_eq!(point, *was);
     }
     assert_eq!(points_before.len() as u64 - enriched.points_removed, world.points_total);
 
@@ -155,15 +161,28 @@ fn a_zone_that_reaches_a_plate_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("packing.h5");
     let (mut world, flagged, instants) = up_to_the_band(&scenario, &Solo, &file);
-    let error = enrichment::enrich(
-        &mut world,
-        (&scenario.enrichment, scenario.specimen.depth),
-        &flagged,
-        &instants,
-        (&file, Lies::Whole),
-    )
-    .unwrap_err();
-    assert!(error.to_string().contains("reaches a plate"), "{error}");
+    let before = sums(&world);
+    let how = (&scenario.enrichment, scenario.specimen.depth);
+    let plan = Plan::of(&mut world, how, &flagged, &instants, (&file, Lies::Whole)).unwrap();
+    let Err(Refusal(why)) = plan else { panic!("the zone lies within the packing") };
+    assert!(why.contains("reaches a plate"), "{why}");
+    assert_eq!(sums(&world), before);
+}
+
+/// A month's run is not ended by a zone that cannot be made: it is told, asked for again later, and the band stays continuum.
+#[test]
+fn a_run_whose_zones_are_refused_goes_on_as_a_continuum() {
+    let scenario = packed_job(&["enrichment.distance=14 mm", "loading.strain_end=0.06"]);
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = start::start(&Job::Shear(scenario), &options(folder.path()), &Solo).unwrap();
+    let Outcome::Done(words) = outcome else { panic!("{outcome:?}") };
+    assert!(words.contains("No grains have entered") && words.contains("reaches a plate"), "{words}");
+    let log = std::fs::read_to_string(folder.path().join("log.jsonl")).unwrap();
+    let refused = log.lines().filter(|line| line.contains("zone_refused")).count();
+    println!("{words}");
+    assert!((2..20).contains(&refused), "{refused} times in\n{log}");
+    let run = scree::analysis::run::Run::read(folder.path()).unwrap();
+    assert_eq!(run.told("zones_refused"), Some(refused as f64));
 }
 
 const CELL: f64 = 2.0;
@@ -357,7 +376,7 @@ fn a_packing_lower_than_the_specimen_lies_about_the_band() {
     assert!((height / 36e-3 - 1.0).abs() < 0.05, "the packing is {height} m high");
     let before = sums(&world);
     let how = (&tall.enrichment, tall.specimen.depth);
-    let enriched = enrichment::enrich(&mut world, how, &flagged, &instants, (&file, Lies::Around)).unwrap();
+    let enriched = enrich(&mut world, how, &flagged, &instants, (&file, Lies::Around));
     let after = sums(&world);
     assert!((after[0] / before[0] - 1.0).abs() < 1e-14, "{before:?} {after:?}");
     let heights: Vec<f64> =

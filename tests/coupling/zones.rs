@@ -1,6 +1,6 @@
 //! Zones that live: they grow where the band goes, and give back the grains that rest.
 
-use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, enrich, grain_stress};
+use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, grain_stress};
 use scree::base::space::{Plane, Space};
 use scree::couple::zone::Enrichment;
 use scree::dem::grains::Mover;
@@ -12,7 +12,7 @@ use scree::prepare::reference::Lies;
 use scree_partition::Solo;
 
 use crate::coupled::triaxial;
-use crate::enrichment::{sums, up_to_the_band};
+use crate::enrichment::{enrich, sums, up_to_the_band};
 use crate::runs::{Ran, parse, replaced, same};
 use crate::worlds::{PlanarPoint, PlanarWorld, packed_job};
 
@@ -68,7 +68,7 @@ fn enriched<'t>(scenario: &Scenario, folder: &std::path::Path) -> (PlanarWorld<'
     let file = folder.join("packing.h5");
     let (mut world, flagged, instants) = up_to_the_band(scenario, &Solo, &file);
     let how = (&scenario.enrichment, scenario.specimen.depth);
-    let enriched = enrich(&mut world, how, &flagged, &instants, (&file, Lies::Whole)).unwrap();
+    let enriched = enrich(&mut world, how, &flagged, &instants, (&file, Lies::Whole));
     (world, instants, flagged, enriched)
 }
 
@@ -187,7 +187,7 @@ fn a_zone_grows_around_grains_that_stay_as_they_are() {
     let higher: Vec<u64> = flagged.iter().map(|node| node + up).collect();
     let how = (&scenario.enrichment, scenario.specimen.depth);
     let file = folder.path().join("packing.h5");
-    let grown = enrich(&mut world, how, &higher, &instants, (&file, Lies::Whole)).unwrap();
+    let grown = enrich(&mut world, how, &higher, &instants, (&file, Lies::Whole));
     let after = sums(&world);
     println!("{grown:?}");
     assert!((after[0] / before[0] - 1.0).abs() < 1e-14, "mass {} became {}", before[0], after[0]);

@@ -72,35 +72,11 @@ pub fn cell_grid<S: Space>(world: &World<S>) -> CellGrid {
 /// Cells around its rim within which a zone looks at points: training follows those whose motion grains of the zone take part in.
 const MARGIN: usize = 6;
 
-/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`, which `lies` in the specimen;
-/// `depth` is that of the plane, m. Grains that are there already stay.
-pub fn enrich(
-    world: &mut PlanarWorld,
-    how: (&Enrichment, f64),
-    flagged: &[u64],
-    instants: &Instants,
-    packing: (&Path, Lies<'_>),
-) -> Result<Enriched, Error> {
-    if world.has_grains() {
-        // Grains stay, and lists that are made of them and of others begin where they are.
-        world.rebuild()?;
-    }
-    match Plan::of(world, how, flagged, instants, packing)? {
-        Ok(plan) => {
-            if !how.0.life.grows {
-                world.continuum.points.forget();
-            }
-            plan.carry_out(world)
-        }
-        Err(Refusal(why)) => Err(Error::Run(why)),
-    }
-}
-
 /// Why no zone can be there; the same on every rank, and nothing has been changed.
 #[derive(Debug)]
 pub struct Refusal(pub String);
 
-/// Who is to go and who is to come, trained; nothing has been changed yet.
+/// Points that go and trained grains that take their places around flagged nodes; nothing has been changed yet.
 pub struct Plan {
     zone: Zone,
     /// That points of the rim keep.
@@ -111,7 +87,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// For a world whose grains, if it has any, are at home. Collective.
+    /// Points around the flagged nodes give way to grains of the packing in `packing_file`, which `lies` in the specimen; `depth` is that
+    /// of the plane, m. Grains that are there already stay. Collective.
     pub fn of(
         world: &mut PlanarWorld,
         (settings, depth): (&Enrichment, f64),
@@ -119,6 +96,10 @@ impl Plan {
         instants: &Instants,
         (packing_file, lies): (&Path, Lies<'_>),
     ) -> Result<Result<Self, Refusal>, Error> {
+        if world.has_grains() {
+            // Lists that are made of them and of others begin where they are.
+            world.rebuild()?;
+        }
         let mut zone = Zone::around(flagged, cell_grid(world), settings);
         let near = zone.within(MARGIN);
         let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);

@@ -9,7 +9,7 @@ use super::among::{Among, Group, Member, Who};
 use crate::analysis::band::{Band, CANDIDATE_SHARE, Candidates};
 use crate::analysis::curve::{mean, range};
 use crate::analysis::run::Run;
-use crate::analysis::snapshot::{Body, Kind};
+use crate::analysis::snapshot::Body;
 use crate::analysis::space::Spaces;
 use crate::analysis::strained::{Span, Valued, boxed, free, increment, stripped, width_at_half};
 use crate::base::error::Error;
@@ -19,6 +19,8 @@ use crate::base::math::PI;
 pub const END_SLACK: f64 = 0.02;
 /// Shares of the material that are candidates for a box: the 98th percentile, the 97th and the 99th.
 const SHARES: [f64; 3] = [CANDIDATE_SHARE, 0.03, 0.01];
+/// A hybrid's band with less of itself in the zone has no thickness.
+const INSIDE_LEAST: f64 = 0.5;
 /// Pieces of the interval that are measured by themselves.
 const PIECES: usize = 3;
 
@@ -68,8 +70,10 @@ pub struct Measured {
     pub box_99th: Option<Box>,
     /// By the threshold of the same packing's grains alone, which is what the paper's words say.
     pub box_dem_threshold: Option<Box>,
-    /// Share of its members between the lowest and the highest grain of a hybrid's zone.
+    /// Share of it, by area, that is in a hybrid's zone.
     pub inside_zone: Option<f64>,
+    /// Share of all shear over the interval, by area, that is in a hybrid's zone.
+    pub shear_inside_zone: Option<f64>,
     #[serde(skip)]
     pub span: Option<Span>,
     #[serde(skip)]
@@ -84,6 +88,19 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// Whether a hybrid's band is for the most part where it has no grains: how thick it is there the cells say, and what stands still in
+    /// the zone is no band.
+    fn is_of_continuum(&self) -> bool {
+        self.inside_zone.is_some_and(|share| share < INSIDE_LEAST)
+    }
+
+    fn forget_thickness(&mut self) {
+        (self.thickness_d50, self.thickness_cells, self.thickness_cells_with_bodies) = (None, None, None);
+        (self.width_at_half_d50, self.width_at_half_cells) = (None, None);
+        (self.box_98th, self.box_97th, self.box_99th) = (None, None, None);
+        self.pieces.iter_mut().for_each(|piece| piece.thickness_d50 = None);
+    }
+
     /// Bodies in the box of the band.
     pub fn members(&self) -> Vec<Body> {
         let rows: Vec<&Valued> = free(&self.bodies).collect();
@@ -130,6 +147,7 @@ impl Measured {
             box_99th: told(&boxes[2]),
             box_dem_threshold: None,
             inside_zone: None,
+            shear_inside_zone: None,
             span: Some(*span),
             threshold: boxes[0].as_ref().map(|band| band.threshold),
             height: top - bottom,
@@ -141,7 +159,13 @@ impl Measured {
         let with_bodies = |(band, body): (&Band, f64)| cells(band.thickness + body);
         measured.thickness_cells_with_bodies =
             measured.band.as_ref().zip(thickest).filter(|_| span.is_periodic).and_then(with_bodies);
-        measured.inside_zone = inside_zone(run, &measured.bodies, &members);
+        if run.is("hybrid") {
+            measured.inside_zone = share_in_zone(members.iter().map(|body| (body, 1.0)));
+            measured.shear_inside_zone = share_in_zone(free(&measured.bodies).map(|row| (&row.body, row.value)));
+        }
+        if measured.is_of_continuum() {
+            measured.forget_thickness();
+        }
         if !span.is_periodic && !members.is_empty() {
             let [first, last] = [run.snapshot(from)?, run.snapshot(to)?];
             let [before, after] = [&first, &last].map(|snapshot| Spaces::of(snapshot, span));
@@ -164,11 +188,17 @@ fn slope(band: &Band) -> f64 {
     (10.0 * band.angle * 180.0 / PI).round() / 10.0
 }
 
-fn inside_zone(run: &Run, bodies: &[Valued], members: &[Body]) -> Option<f64> {
-    let grains = bodies.iter().filter(|row| row.body.kind == Kind::Grain).map(|row| row.body.position[1]);
-    let [lower, upper] = range(grains).filter(|_| run.is("hybrid") && !members.is_empty())?;
-    let within = members.iter().filter(|body| (lower..=upper).contains(&body.position[1])).count();
-    Some(within as f64 / members.len() as f64)
+/// Share of numbers of bodies, by their area and weight, that is of a zone's: its grains, and the points that share their place with some.
+fn share_in_zone<'a>(rows: impl Iterator<Item = (&'a Body, f64)>) -> Option<f64> {
+    let [mut inside, mut all] = [0.0; 2];
+    for (body, number) in rows.filter(|(_, number)| number.is_finite()) {
+        let part = number * body.weight * body.radius * body.radius;
+        all += part;
+        if body.kind.is_grain() || body.weight < 1.0 {
+            inside += part;
+        }
+    }
+    (all > 0.0).then(|| inside / all)
 }
 
 /// Pieces of an interval of frames, equal in strain as nearly as there are frames; none of one that has no more than one piece.
@@ -247,7 +277,16 @@ pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Result<Found<Option<
     for member in &among.members {
         let measured = member.run.span.map(|span| Measured::of(member, &span, between)).transpose()?.flatten();
         match measured {
-            Some(measured) => runs.push(measured),
+            Some(measured) => {
+                if let Some(share) = measured.inside_zone.filter(|_| measured.is_of_continuum()) {
+                    left_out.push(format!(
+                        "No thickness of the band of {}: {:.0}\u{2009}% of it is outside of the zone, in a continuum that has no length of its own.",
+                        member.who.run,
+                        100.0 * (1.0 - share)
+                    ));
+                }
+                runs.push(measured);
+            }
             None => left_out.push(format!(
                 "No band of {}: it has no two frames between these strains, or ends before.",
                 member.who.run
@@ -257,7 +296,8 @@ pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Result<Found<Option<
     for row in 0..runs.len() {
         let member = &among.members[runs[row].who.index];
         let partner = among.stand_in(member).filter(|_| !member.is("dem"));
-        let alone = partner.and_then(|partner| runs.iter().find(|other| other.who.index == partner.index()));
+        let alone = partner.filter(|_| !runs[row].is_of_continuum());
+        let alone = alone.and_then(|partner| runs.iter().find(|other| other.who.index == partner.index()));
         if let Some((threshold, span)) = alone.and_then(|alone| alone.threshold).zip(runs[row].span) {
             let band = boxed(&runs[row].bodies, &span, Candidates::Beyond(threshold));
             runs[row].box_dem_threshold = band.map(|band| Box::of(&band, &span));
@@ -271,4 +311,28 @@ pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Result<Found<Option<
     };
     let groups = among.groups.iter().filter_map(of_group).collect();
     Ok(Found::of(Some(Bands { between_strains: between, groups, runs }), left_out))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::snapshot::Kind;
+
+    /// A zone that stands still while the continuum shears around it is no band of 9.7 D50.
+    #[test]
+    fn what_shears_outside_of_the_zone_is_told_from_what_shears_in_it() {
+        let body = |kind: Kind, weight: f64, radius: f64| Body { kind, weight, radius, ..Body::default() };
+        let [grain, rim, shared, point] = [
+            body(Kind::Grain, 1.0, 1.0),
+            body(Kind::Grain, 0.5, 1.0),
+            body(Kind::Point, 0.5, 3.0),
+            body(Kind::Point, 1.0, 3.0),
+        ];
+        let share = |rows: &[(&Body, f64)]| share_in_zone(rows.iter().copied());
+        // (0.1 + 0.5 0.1 + 4.5 0.1)/(the same + 9 0.3)
+        let found = share(&[(&grain, 0.1), (&rim, 0.1), (&shared, 0.1), (&point, 0.3), (&point, f64::NAN)]).unwrap();
+        assert!((found - 0.6 / 3.3).abs() < 1e-12, "{found}");
+        assert_eq!(share(&[(&grain, 0.0), (&point, 0.3)]), Some(0.0));
+        assert_eq!(share(&[]), None);
+    }
 }

@@ -65,7 +65,8 @@ fn thickness(measures: &Measures, bands: &Bands) -> Sheet {
             ("solid volume fraction at the end", &|band| band.packing_fraction_end.map(|share| format!("{share:.3}"))),
             ("width at half of the peak", &|band| band.width_at_half_d50.map(tenths)),
             ("in cells (with the bodies, at half)", &cells),
-            ("members inside the zone", &|band| band.inside_zone.map(percent)),
+            ("of the band inside the zone", &|band| band.inside_zone.map(percent)),
+            ("of all shear inside the zone", &|band| band.shear_inside_zone.map(percent)),
         ],
     )
 }
@@ -187,9 +188,12 @@ pub fn told(measures: &Measures, index: usize) -> Option<String> {
         ));
     }
     let inside = found.inside_zone.map_or_else(String::new, |share| {
-        format!("; {} of its members lie between the lowest and the highest inserted grain", percent(share))
+        format!("; {} of it is inside the zone", percent(share))
     });
     let above = format!("{} {unit} above the specimen's lower edge{inside}", long(height));
+    if found.thickness_d50.is_none() {
+        return Some(format!(" {between} strain gathered in the continuum, which gives a band no thickness of its own, {above}."));
+    }
     // The box holds places and not the points about them.
     if band.thickness < SINGLE_ROW * span.diameter {
         return Some(format!(" {between} strain gathered in a single row, {above}."));

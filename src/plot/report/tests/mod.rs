@@ -45,7 +45,7 @@ fn a_hybrid_run_becomes_one_page_with_its_drawings() {
     assert!(words.contains("At 5.05 % of horizontal strain"), "{words}");
     assert!(words.contains("320 grains took the place"), "{words}");
     assert!(words.contains("gathered in a single row, 20"), "{words}");
-    assert!(words.contains("100 % of its members lie between"), "{words}");
+    assert!(words.contains("100 % of it is inside the zone"), "{words}");
 }
 
 #[test]
