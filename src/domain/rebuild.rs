@@ -242,7 +242,8 @@ impl<'t, S: Space> World<'t, S> {
         let costs: BTreeMap<PointId, u64> = fresh_rves.iter().map(|row| (row.point, row.cost)).collect();
         let cost = |point: &Point<S>| costs.get(&point.cold.id).copied().unwrap_or_default();
         let fresh = fresh_points.iter().map(|point| (&point.cold, cost(point)));
-        let weights = self.weigh(grains.iter().map(|grain| (&grain.cold, grain.hot.weight)), self.weighed_points().chain(fresh))?;
+        let weights =
+            self.weigh(grains.iter().map(|grain| (&grain.cold, grain.hot.weight)), self.weighed_points().chain(fresh))?;
         let timer = Instant::now();
         self.deal_out(cut(&weights, self.transport.size()));
         self.assembly.grains = Grains::default();

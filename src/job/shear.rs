@@ -115,7 +115,9 @@ impl Scenario {
             section("continuum", "the grid of the continuum", |form| job.continuum.keys(form)),
             section("loading", "what is done to the specimen", |form| job.loading.keys(form)),
             section("oracle", "shear band detection", |form| job.oracle.keys(form, |_| 0)),
-            section("coupling", "how grains are held to nodes that they share with points", |form| job.coupling.keys(form)),
+            section("coupling", "how grains are held to nodes that they share with points", |form| {
+                job.coupling.keys(form)
+            }),
             section("enrichment", "grains for points", |form| job.enrichment.keys(form)),
             section("zone", "what becomes of the grains' zone", |form| job.enrichment.life.keys(form)),
             section("time", "the time step", |form| job.time.keys(form)),

@@ -287,7 +287,8 @@ fn check_coupling(job: &Mpm, grains: &Granular, typed: &Typed) {
     // k + 4 zeta sqrt(k) = 4
     let root = (4.0 * coupling.damping * coupling.damping + STABILITY_MAX).sqrt() - 2.0 * coupling.damping;
     let unit = Coupling { stiffness: 1.0, damping: 0.0 };
-    let one = unit.in_steps(figures::springs_mean(piece).normal, job.step).stability(figures::grain(piece, smallest).mass);
+    let one =
+        unit.in_steps(figures::springs_mean(piece).normal, job.step).stability(figures::grain(piece, smallest).mass);
     let problem = format!(
         "makes springs that swing the lightest grain farther with every step: with coupling.damping = {} at most {}.",
         digits(coupling.damping),

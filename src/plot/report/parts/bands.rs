@@ -187,12 +187,13 @@ pub fn told(measures: &Measures, index: usize) -> Option<String> {
             long(found.height),
         ));
     }
-    let inside = found.inside_zone.map_or_else(String::new, |share| {
-        format!("; {} of it is inside the zone", percent(share))
-    });
+    let inside =
+        found.inside_zone.map_or_else(String::new, |share| format!("; {} of it is inside the zone", percent(share)));
     let above = format!("{} {unit} above the specimen's lower edge{inside}", long(height));
     if found.thickness_d50.is_none() {
-        return Some(format!(" {between} strain gathered in the continuum, which gives a band no thickness of its own, {above}."));
+        return Some(format!(
+            " {between} strain gathered in the continuum, which gives a band no thickness of its own, {above}."
+        ));
     }
     // The box holds places and not the points about them.
     if band.thickness < SINGLE_ROW * span.diameter {
