@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band,
-collapse, outside, rest and sheared h5py, which brings numpy.
+collapse, outside, rest, coupling and sheared h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
     tests/figures.py held DIR...        how closely sigma_xx is held from 0.05 % of strain on, and the void ratio from 10 to 15 %
@@ -14,6 +14,7 @@ collapse, outside, rest and sheared h5py, which brings numpy.
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
     tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
+    tests/figures.py coupling DIR...    normal stress of layers of cells in planar shear by a hybrid, and the stretch of its penalty springs
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
 DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml (of held also a record FILE.csv=STRESS by YADE), of jobs/element/bulk.toml or bulk_spheres.toml, of the job in
@@ -519,6 +520,38 @@ def sheared(folder):
         )
 
 
+def coupling(folder, begin=0.06, strains=(0.012, 0.06)):
+    """A hybrid of planar shear: mean of sigma_yy by weights and space over each layer of cells without those beside plates, of frames from `begin` (s) on;
+    the springs' stretch at the last checkpoint, which is the slip times the continuum's share; mean shear stress between two strains."""
+    import glob
+
+    import h5py
+    import numpy
+
+    job, frames, fraction = scenario(folder), Frames(folder), 0.844
+    cell, top = job["continuum"]["cell"], int(job["specimen"]["height"] / job["continuum"]["cell"]) - 2
+    stress = []
+    for frame in numpy.flatnonzero(frames.times >= begin):
+        both = lambda name: numpy.concatenate([frames.column(frame, name, kind) for kind in (0, 1)])
+        points = len(frames.column(frame, "radius"))
+        share = both("weight") * both("radius") ** 2 / numpy.where(numpy.arange(len(both("radius"))) < points, 1, fraction)
+        layer, normal = (both("place")[:, 1] / cell).astype(int), -both("stress")[:, 1]
+        stress.append([(share * normal)[layer == row].sum() / share[layer == row].sum() for row in range(1, top)])
+    stress = numpy.array(stress) / 1e3
+    with h5py.File(sorted(glob.glob(f"{folder}/checkpoints/step-*.h5"))[-1]) as state:
+        grains, ties = state["tables/grains"], state["tables/ties"]
+        masses = dict(zip(grains["id"][:].ravel(), grains["mass"][:].ravel()))
+        mass = numpy.array([masses[grain] for grain in ties["grain"][:].ravel()])
+        spring = job["coupling"]["stiffness"] * job["contact"]["stiffness_normal"] * job["time"]["step"]
+        stretch = 1e6 * numpy.linalg.norm(ties["spring"][:], axis=1) * mass / spring
+    shear = mean(row["shear_stress"] for row in series(folder) if strains[0] < row["strain"] < strains[1])
+    over = stress.mean(axis=0)
+    print(
+        f"{folder}: layers {over.min():.0f} to {over.max():.0f} kPa in the mean, {stress.min():.0f} to {stress.max():.0f} in single frames; "
+        f"stretch {numpy.sqrt((stretch**2).mean()):.2f} um rms, {stretch.max():.1f} at most; shear stress {shear / 1e3:.1f} kPa"
+    )
+
+
 if __name__ == "__main__":
     commands = {
         "biaxial": biaxial,
@@ -533,6 +566,7 @@ if __name__ == "__main__":
         "collapse": collapse,
         "outside": outside,
         "rest": rest,
+        "coupling": coupling,
         "sheared": sheared,
     }
     if len(sys.argv) < 3 or sys.argv[1] not in commands:

@@ -14,6 +14,7 @@ use super::snapshot::{Kind, Snapshot};
 use super::strained::Span;
 use crate::base::error::Error;
 use crate::job::Job;
+use crate::run::log;
 
 /// The outcome of a run that has not told of one.
 pub const UNDER_WAY: &str = "not told yet: still running, or killed";
@@ -347,23 +348,18 @@ fn summary(directory: &Path, step: f64) -> Result<Map<String, Value>, Error> {
 
 /// How often the log has told that a zone around a band was refused, and why at last.
 fn of_refusals(directory: &Path) -> Map<String, Value> {
-    let log = std::fs::read_to_string(directory.join("log.jsonl")).unwrap_or_default();
-    let lines = log.lines().filter_map(|line| serde_json::from_str::<Map<String, Value>>(line).ok());
-    let refused: Vec<_> = lines.filter(|line| line.get("event") == Some(&json!("zone_refused"))).collect();
+    let refused = log::told(directory, "zone_refused");
     let mut figures = Map::new();
     if let Some(last) = refused.last() {
         figures.insert("zones_refused".to_owned(), json!(refused.len()));
-        figures.insert("zone_refused_why".to_owned(), last.get("why").cloned().unwrap_or_default());
+        figures.insert("zone_refused_why".to_owned(), last["why"].clone());
     }
     figures
 }
 
 /// What the log has told of an enrichment: these figures the summary has as well.
 fn of_enrichment(directory: &Path) -> Map<String, Value> {
-    let log = std::fs::read_to_string(directory.join("log.jsonl")).unwrap_or_default();
-    let mut lines = log.lines().filter_map(|line| serde_json::from_str::<Map<String, Value>>(line).ok());
-    let enriched = lines.rfind(|line| line.get("event") == Some(&json!("enriched")));
-    let mut figures = enriched.unwrap_or_default();
+    let Some(Value::Object(mut figures)) = log::told(directory, "enriched").pop() else { return Map::new() };
     ["event", "step", "run"].into_iter().for_each(|key| drop(figures.remove(key)));
     figures
 }

@@ -10,10 +10,11 @@ use scree_partition::{Writer, cut};
 
 use crate::base::error::Error;
 use crate::base::space::Space;
-use crate::dem::grains::{Cold, Mover};
+use crate::dem::grains::Cold;
 use crate::domain::layout::Deal;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::plan::{LoadMap, neighbours};
+use crate::domain::subdomain::Participants;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::mpm::points::Cold as PointCold;
@@ -319,8 +320,7 @@ impl<S: Space> World<'_, S> {
             for (cold, weight) in grains {
                 let block = self.block_of_grain(cold)?.0;
                 counts[block] += 1;
-                let takes_part = cold.mover == Mover::Free && (weight < 1.0 || near[block]);
-                counts[blocks + block] += i64::from(takes_part);
+                counts[blocks + block] += i64::from(Participants::takes_in(cold.mover, weight, near[block]));
             }
             for (cold, pairs) in points {
                 let block = self.block_of_point(cold)?.0;

@@ -623,19 +623,19 @@ impl<'t, S: Space> World<'t, S> {
     fn mark_participants(&mut self) {
         let (held, blocks) = (self.subdomain.deal.held(), self.subdomain.layout.block_count());
         let near = self.near_membranes();
-        let coupled = self.is_coupled();
+        let is_coupled = self.is_coupled();
         let grains = &self.assembly.grains;
         let near = &near;
         let of_block = |(block, range): (usize, &Range<usize>)| {
-            let rows = range.clone().zip(0..).filter(move |(row, _)| {
-                grains.movers[*row] == Mover::Free && (grains.hot[*row].weight < 1.0 || near[block])
-            });
-            rows.map(|(_, row)| row).take(if coupled { usize::MAX } else { 0 })
+            let takes_in = move |row: usize| {
+                is_coupled && Participants::takes_in(grains.movers[row], grains.hot[row].weight, near[block])
+            };
+            range.clone().zip(0..).filter(move |(row, _)| takes_in(*row)).map(|(_, row)| row)
         };
         let participants = Participants::of(held.clone().zip(&self.subdomain.grain_ranges).map(of_block));
         self.untie(&participants);
         let before = std::mem::replace(&mut self.subdomain.participants, participants);
-        if !coupled {
+        if !is_coupled {
             return;
         }
         let mut counts = vec![0i64; blocks];

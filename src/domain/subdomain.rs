@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use scree_partition::{Halo, HaloBuffers, HaloCounts};
 
+use crate::dem::grains::Mover;
 use crate::domain::layout::{Deal, Layout, NodeRows};
 
 /// Blocks, rows and copies of a rank.
@@ -40,6 +41,11 @@ pub struct Participants {
 }
 
 impl Participants {
+    /// Whether a grain is one of them.
+    pub fn takes_in(mover: Mover, weight: f64, near_membrane: bool) -> bool {
+        mover == Mover::Free && (weight < 1.0 || near_membrane)
+    }
+
     /// Those of every block in turn.
     pub fn of<R: Iterator<Item = u32>>(blocks: impl Iterator<Item = R>) -> Self {
         let (mut rows, mut begins) = (Vec::new(), vec![0]);

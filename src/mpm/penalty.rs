@@ -50,6 +50,13 @@ impl Coupling {
         form.number(&mut self.damping, number("damping", about, RATIO, NOT_NEGATIVE, "0.8").or("0.8"));
     }
 
+    /// The largest stiffness that is stable with this damping, for a grain of that mass, kg.
+    pub fn stiffness_max(&self, contact: f64, dt: f64, mass: f64) -> f64 {
+        // k + 4 zeta sqrt(k) = 4
+        let root = 2.0 * ((self.damping * self.damping + 1.0).sqrt() - self.damping);
+        root * root * mass / (contact * dt * dt)
+    }
+
     /// Of a run with contacts of that stiffness, N/m, in steps of grains of `dt`, s.
     pub fn in_steps(&self, contact: f64, dt: f64) -> Penalty {
         Penalty { per_mass: self.stiffness * contact * dt * dt, damping: 2.0 * self.damping }
@@ -68,12 +75,6 @@ pub struct Penalty {
 impl Penalty {
     /// Nothing holds grains.
     pub const NONE: Self = Self { per_mass: 0.0, damping: 0.0 };
-
-    /// `k + 2 b` of a grain of that mass, kg: at most 4.
-    pub fn stability(&self, mass: f64) -> f64 {
-        let spring = self.per_mass / mass;
-        spring + 2.0 * self.damping * spring.sqrt()
-    }
 
     /// A spring after a step in which its grain, of `mass` kg, has come to slip at `slip`, u, m/s, among nodes of which the continuum has
     /// `share`.
@@ -98,31 +99,31 @@ mod tests {
 
     type Vector = <Plane as Space>::Vector;
 
-    /// Places of a grain that hangs on still nodes under a constant acceleration, at the same times in steps of `dt`.
-    fn hanging(dt: f64, steps: usize) -> (Vec<f64>, f64) {
-        let (stiffness, mass, pull) = (1e6, 2e-5, 300.0);
-        let penalty = Coupling { stiffness: 0.5, damping: 0.3 }.in_steps(stiffness, dt);
+    const STIFFNESS: f64 = 1e6;
+    const MASS: f64 = 2e-5;
+    const PULL: f64 = 300.0;
+
+    /// Place of a grain after some time that hangs on still nodes under a constant acceleration, in steps of `dt`.
+    fn hanging(dt: f64, time: f64) -> f64 {
+        let penalty = Coupling { stiffness: 0.5, damping: 0.3 }.in_steps(STIFFNESS, dt);
         let share = Share::<Plane>::new(0.5, [0.0; 3]);
         let (mut spring, mut velocity, mut way) = (PenaltySpring::<Plane>::loose(), Vector::zero(), 0.0);
-        let mut places = Vec::new();
-        for _ in 0..steps {
-            velocity += spring.given + Vector::new(0.0, pull * dt);
+        for _ in 0..(time / dt).round() as usize {
+            velocity += spring.given + Vector::new(0.0, PULL * dt);
             way += velocity[1] * dt;
-            spring = penalty.after(&spring, mass, &share.of(&velocity), &share);
-            places.push(way);
+            spring = penalty.after(&spring, MASS, &share.of(&velocity), &share);
         }
-        // What it comes to rest at, by the spring that the share leaves.
-        (places, pull * mass / (0.5 * stiffness * 0.5))
+        way
     }
 
     #[test]
     fn a_grain_slips_by_what_its_load_over_the_springs_stiffness_is_whatever_the_step() {
-        let ends: Vec<f64> = [2e-7, 1e-7, 0.5e-7].map(|dt| *hanging(dt, (4e-4 / dt) as usize).0.last().unwrap()).into();
-        let wanted = hanging(1e-7, 1).1;
+        let ends = [2e-7, 1e-7, 0.5e-7].map(|dt| hanging(dt, 4e-4));
+        // By the part of the spring that the share leaves.
+        let wanted = PULL * MASS / (0.5 * STIFFNESS * 0.5);
         assert!(ends.iter().all(|end| (end / wanted - 1.0).abs() < 1e-3), "{ends:?}, {wanted}");
         // On the way there, too, where it still swings.
-        let at = |dt: f64| hanging(dt, (8e-6 / dt).round() as usize).0.last().copied().unwrap();
-        let (coarse, fine, finest) = (at(2e-7), at(1e-7), at(0.5e-7));
+        let [coarse, fine, finest] = [2e-7, 1e-7, 0.5e-7].map(|dt| hanging(dt, 8e-6));
         assert!((fine - finest).abs() < 0.6 * (coarse - fine).abs() && (coarse / finest - 1.0).abs() < 0.1);
     }
 
@@ -132,31 +133,25 @@ mod tests {
         let slip = Vector::new(1.0, 2.0);
         let after = penalty.after(&PenaltySpring::loose(), 1e-5, &slip, &Share::<Plane>::new(0.5, [0.0; 3]));
         assert_eq!(after, PenaltySpring::loose());
-        assert_eq!(penalty.stability(1e-5), 0.0);
     }
 
     #[test]
     fn springs_are_stable_up_to_their_bound_and_not_beyond() {
-        let mass = 1e-5;
-        let grows = |per_mass: f64, damping: f64| {
-            let penalty = Penalty { per_mass, damping };
+        let grows = |coupling: Coupling| {
+            let penalty = coupling.in_steps(STIFFNESS, 1e-7);
             let share = Share::<Plane>::new(1.0, [0.0; 3]);
             let (mut spring, mut velocity) = (PenaltySpring::<Plane>::loose(), Vector::new(1.0, 0.0));
             for _ in 0..2000 {
                 velocity += spring.given;
-                spring = penalty.after(&spring, mass, &share.of(&velocity), &share);
+                spring = penalty.after(&spring, MASS, &share.of(&velocity), &share);
             }
             velocity.norm() > 1e3 || velocity.norm().is_nan()
         };
-        for damping in [0.0, 0.4, 1.6] {
-            let bound = |factor: f64| {
-                // k + 2 d sqrt(k) = 4 f
-                let root = (damping * damping + 4.0 * factor).sqrt() - damping;
-                root * root * mass
-            };
-            assert!((Penalty { per_mass: bound(1.0), damping }.stability(mass) - 4.0).abs() < 1e-12);
-            assert!(!grows(bound(0.99), damping), "{damping}");
-            assert!(grows(bound(1.05), damping), "{damping}");
+        for damping in [0.0, 0.2, 0.8] {
+            let of = |stiffness: f64| Coupling { stiffness, damping };
+            let most = of(0.0).stiffness_max(STIFFNESS, 1e-7, MASS);
+            assert!(!grows(of(0.98 * most)), "{damping}");
+            assert!(grows(of(1.05 * most)), "{damping}");
         }
     }
 }

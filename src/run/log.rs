@@ -8,6 +8,8 @@ use serde_json::{Value, json};
 
 use crate::base::error::Error;
 
+const FILE: &str = "log.jsonl";
+
 /// Open for adding lines; its folder belongs to whoever holds this.
 #[derive(Debug)]
 pub struct Log {
@@ -18,7 +20,7 @@ pub struct Log {
 impl Log {
     /// Opens the log of a run's folder, and makes it where there is none.
     pub fn open(dir: &Path) -> Result<Self, Error> {
-        let path = dir.join("log.jsonl");
+        let path = dir.join(FILE);
         let opened = OpenOptions::new().create(true).append(true).open(&path);
         let file = opened.map_err(|error| failed(&path, &error))?;
         Ok(Self { file, path })
@@ -30,15 +32,6 @@ impl Log {
         BufReader::new(File::open(&self.path).ok()?).read_line(&mut line).ok()?;
         let told: Value = serde_json::from_str(&line).ok()?;
         told["run"].as_str().map(str::to_string)
-    }
-
-    /// How often an event has been told, and the last time.
-    pub fn told(&self, event: &str) -> (usize, Option<Value>) {
-        let Ok(file) = File::open(&self.path) else { return (0, None) };
-        let lines = BufReader::new(file).lines().map_while(Result::ok);
-        let told = lines.filter_map(|line| serde_json::from_str::<Value>(&line).ok());
-        let told = told.filter(|told| told["event"] == event);
-        told.fold((0, None), |(count, _), told| (count + 1, Some(told)))
     }
 
     /// Cuts off what a run that ended without notice has told of steps after `step`, which will be told again, and a line that
@@ -67,6 +60,14 @@ impl Log {
         // At once, so that a line is torn by nothing but a full disk or a lost machine.
         self.file.write_all(format!("{fields}\n").as_bytes()).map_err(|error| failed(&self.path, &error))
     }
+}
+
+/// What the log in a folder tells of an event, the first first; nothing where there is no log.
+pub fn told(dir: &Path, event: &str) -> Vec<Value> {
+    let Ok(file) = File::open(dir.join(FILE)) else { return Vec::new() };
+    let lines = BufReader::new(file).lines().map_while(Result::ok);
+    let told = lines.filter_map(|line| serde_json::from_str::<Value>(&line).ok());
+    told.filter(|told| told["event"] == event).collect()
 }
 
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {

@@ -632,17 +632,18 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
     /// What a hybrid says that has remained a continuum.
     fn without_zone(&self) -> String {
         let Picture { may_have_grains, may_have_points, .. } = self.experiment.picture;
-        if !(may_have_grains && may_have_points) || self.core.world.has_grains() {
+        if !(may_have_grains && may_have_points) || self.core.progress.enriched_step > 0 {
             return String::new();
         }
-        let refused = self.core.outputs.as_ref().map(|outputs| outputs.told("zone_refused"));
-        match refused {
-            Some((count, Some(last))) => format!(
-                "\nNo grains have entered: bands were found and their zones refused, {count} times, at last at step {}: {}",
+        let refused = log::told(&self.core.options.out, "zone_refused");
+        match refused.last() {
+            Some(last) => format!(
+                "\nNo grains have entered: bands were found and their zones refused, {} times, at last at step {}: {}",
+                refused.len(),
                 last["step"],
                 last["why"].as_str().unwrap_or_default()
             ),
-            _ => "\nNo grains have entered: the oracle has found no band that persists.".to_owned(),
+            None => "\nNo grains have entered: no band that persists has been found.".to_owned(),
         }
     }
 

@@ -242,11 +242,6 @@ impl Outputs {
         self.log.tell(event, step, fields)
     }
 
-    /// How often an event has been told since the run began, and the last time.
-    pub fn told(&self, event: &str) -> (usize, Option<Value>) {
-        self.log.told(event)
-    }
-
     /// Figures that `summary.json` shows.
     pub fn note(&mut self, figures: Value) {
         if let Value::Object(figures) = figures {

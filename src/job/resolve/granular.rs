@@ -21,7 +21,6 @@ use crate::job::raw::{Reader, Typed};
 use crate::job::schema::Kind;
 use crate::job::{Method, stable};
 use crate::law::material::ConstitutiveLaw;
-use crate::mpm::penalty::Coupling;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
@@ -35,8 +34,6 @@ const STRESS_SLACK: f64 = 1e-9;
 const BEFORE_FACE: f64 = 1e-9;
 /// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
 const SKIN_MAX: f64 = 0.8;
-/// Bound on `k + 2 b` of penalty springs, [`crate::mpm::penalty`].
-const STABILITY_MAX: f64 = 4.0;
 /// Cells that a zone keeps between its flagged nodes and its rim, at least.
 const CELLS_OF_ZONE: f64 = 1.25;
 
@@ -278,21 +275,16 @@ pub fn check_method(job: &Mpm, grains: &Granular, typed: &Typed) {
 
 /// Penalty springs that shake the lightest grain apart.
 fn check_coupling(job: &Mpm, grains: &Granular, typed: &Typed) {
-    let piece = &grains.piece;
-    let smallest = diameters(piece).smallest;
-    let coupling = grains.coupling;
-    if grains.penalty(job.step).stability(figures::grain(piece, smallest).mass) <= STABILITY_MAX {
+    let (piece, coupling) = (&grains.piece, &grains.coupling);
+    let lightest = figures::grain(piece, diameters(piece).smallest).mass;
+    let most = coupling.stiffness_max(figures::springs_mean(piece).normal, job.step, lightest);
+    if coupling.stiffness <= most {
         return;
     }
-    // k + 4 zeta sqrt(k) = 4
-    let root = (4.0 * coupling.damping * coupling.damping + STABILITY_MAX).sqrt() - 2.0 * coupling.damping;
-    let unit = Coupling { stiffness: 1.0, damping: 0.0 };
-    let one =
-        unit.in_steps(figures::springs_mean(piece).normal, job.step).stability(figures::grain(piece, smallest).mass);
     let problem = format!(
         "makes springs that swing the lightest grain farther with every step: with coupling.damping = {} at most {}.",
         digits(coupling.damping),
-        significant(root * root / one, 3)
+        significant(most, 3)
     );
     typed.note_together(typed.refusal("coupling", "stiffness", &problem));
 }
