@@ -134,6 +134,7 @@ const REDUCED: [&str; 22] = [
     "continuum.weak.0.fraction_deficit=0.018",
     "loading.speed=10 cm/s",
     "loading.speed_ramp=1 ms",
+    "oracle.criterion=laplacian",
     "oracle.laplacian=0.05",
     "oracle.recent_strain=2e-3",
     "oracle.window=8e-3",

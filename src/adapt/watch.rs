@@ -8,7 +8,8 @@ use scree_partition::{Reader, Writer};
 use crate::adapt::enrichment::cell_grid;
 use crate::base::error::Error;
 use crate::base::space::Space;
-use crate::couple::oracle::{Memory, NodeFields};
+use crate::couple::oracle::{Concentration, Criterion, Memory, NodeFields, Oracle};
+use crate::dem::grains::Mover;
 use crate::dem::walls::place_beside;
 use crate::domain::means::nodal_sums;
 use crate::domain::phases::Phase;
@@ -16,13 +17,13 @@ use crate::domain::world::World;
 use crate::job::mpm::Boundary;
 use crate::mpm::points::{Hot, Past};
 
-/// One look of the oracle (Algorithm 1): true when a persistent band has been found.
+/// One look of the oracle: true when a band has been found.
 ///
 /// Of the plane alone.
 pub fn watch<S: Space>(
     world: &mut World<S>,
     memory: &mut Memory,
-    settings: &crate::couple::oracle::Oracle,
+    settings: &Oracle,
     diameter: f64,
 ) -> Result<bool, Error> {
     let timer = world.phases.start();
@@ -35,19 +36,56 @@ pub fn watch<S: Space>(
     let rows = world.continuum.points.hot.iter().zip(&world.continuum.points.pasts);
     let mut most = [rows.map(|(hot, past)| since(hot, past, last)).fold(0.0, f64::max)];
     world.transport.max(&mut most);
-    if !memory.due(most[0], settings) {
+    let [fastest] = most;
+    if !memory.due(fastest, settings) {
         return Ok(false);
     }
-    let (slot, begin) = memory.look(most[0], settings);
-    let mut found = false;
-    if let Some(begin) = begin {
-        let fields = node_fields(world, |hot, past| [since(hot, past, last), since(hot, past, Some(begin))])?;
-        let mut flagged = fields.flagged(settings, world.subdomain.layout.cell, diameter);
-        if world.has_grains() {
-            flagged = beyond_grains(world, flagged)?;
+    let cell = world.subdomain.layout.cell;
+    // A bend of the rate is one beside whatever holds material as well.
+    let looked_at = match &settings.criterion {
+        Criterion::Laplacian(_) => is_free::<S>,
+        Criterion::Concentration(_) => |_: &World<S>, _: [i32; 3]| true,
+    };
+    // Nodes from the middle of a box to its sides.
+    let reach = |by: &Concentration| (by.reach * diameter / cell).round().max(2.0) as usize;
+    let increment = match &settings.criterion {
+        Criterion::Laplacian(_) => fastest,
+        Criterion::Concentration(by) => {
+            let fields = node_fields(world, looked_at, |hot, past| [since(hot, past, last), 0.0])?;
+            fields.fastest_box(&fields.rate, reach(by))
         }
-        found = memory.persists(flagged, settings);
-    }
+    };
+    let (slot, begin) = memory.look(increment, settings);
+    let fields = match begin {
+        Some(begin) => {
+            let of = |hot: &Hot<S>, past: &Past<S>| [since(hot, past, last), since(hot, past, Some(begin))];
+            Some(node_fields(world, looked_at, of)?)
+        }
+        None => None,
+    };
+    let found = match &settings.criterion {
+        Criterion::Laplacian(by) => match fields {
+            Some(fields) => {
+                let flagged = beyond_grains(world, fields.flagged(by, cell, diameter))?;
+                memory.persists(flagged, by)
+            }
+            None => false,
+        },
+        Criterion::Concentration(by) => {
+            let time = world.time();
+            memory.see(slot, last, [increment, fastest, time]);
+            match (fields, begin) {
+                (Some(fields), Some(begin)) => {
+                    let least = memory.growth_least(slot, begin);
+                    let (flagged, participation) = fields.concentrated(by, reach(by), least);
+                    memory.seen[slot].participation = participation;
+                    let flagged = beyond_grains(world, flagged)?;
+                    memory.sharpens(flagged, begin, by)
+                }
+                _ => false,
+            }
+        }
+    };
     for (hot, past) in world.continuum.points.hot.iter().zip(&mut world.continuum.points.pasts) {
         past.window.samples[slot] = law.plastic_strain(&hot.memory);
     }
@@ -57,6 +95,9 @@ pub fn watch<S: Space>(
 
 /// Those of the nodes that no cell with grains is beside: what a zone holds already is not looked for.
 pub fn beyond_grains<S: Space>(world: &World<S>, mut nodes: Vec<u64>) -> Result<Vec<u64>, Error> {
+    if !world.has_grains() {
+        return Ok(nodes);
+    }
     let (grid, taken) = (cell_grid(world), cells_of_grains(world)?);
     nodes.retain(|node| !grid.touches(*node, &taken));
     Ok(nodes)
@@ -67,9 +108,9 @@ fn cells_of_grains<S: Space>(world: &World<S>) -> Result<Vec<bool>, Error> {
     let grid = cell_grid(world);
     let mut taken = vec![false; grid.counts[0] * grid.counts[1]];
     let mut parcel = Writer::new();
-    for cell in
-        world.assembly.grains.cold[..world.assembly.grains.owned].iter().filter_map(|cold| world.cell_of_grain(cold))
-    {
+    let free =
+        world.assembly.grains.cold[..world.assembly.grains.owned].iter().filter(|cold| cold.mover == Mover::Free);
+    for cell in free.filter_map(|cold| world.cell_of_grain(cold)) {
         if !std::mem::replace(&mut taken[cell], true) {
             parcel.u64(cell as u64);
         }
@@ -86,6 +127,7 @@ fn cells_of_grains<S: Space>(world: &World<S>) -> Result<Vec<bool>, Error> {
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
 fn node_fields<S: Space>(
     world: &mut World<S>,
+    is_looked_at: impl Fn(&World<S>, [i32; 3]) -> bool,
     fields: impl Fn(&Hot<S>, &Past<S>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
     let pasts = mem::take(&mut world.continuum.points.pasts);
@@ -104,13 +146,13 @@ fn node_fields<S: Space>(
         .owned
         .iter()
         .zip(&sums)
-        .filter(|(node, sum)| sum[0] > 0.0 && is_free(world, node.place));
+        .filter(|(node, sum)| sum[0] > 0.0 && is_looked_at(world, node.place));
     for (node, sum) in looked_at {
         mine.u64(node.place[1] as u64 * counts[0] as u64 + node.place[0] as u64);
         mine.f64(sum[1] / sum[0]);
         mine.f64(sum[2] / sum[0]);
     }
-    let mut whole = NodeFields::empty(counts);
+    let mut whole = NodeFields { is_periodic: world.subdomain.layout.periodic[0], ..NodeFields::empty(counts) };
     for bytes in world.transport.all_gather(mine.as_bytes()) {
         let mut reader = Reader::plain(&bytes);
         while reader.left() > 0 {

@@ -1,28 +1,69 @@
-//! Where a persistent shear band is: Chen et al. (2021), section 3 and Algorithm 1.
+//! Where a shear band is, told from how plastic strain grows on the nodes of the continuum's grid. Two criteria.
 //!
-//! A node is flagged where the plastic strain rate e bends sharply and has lately been at work:
+//! **Concentration** (the default), in relative terms: in a box of some D50 about a node, r is the plastic strain that its nodes have gained within the window,
+//!
+//! ```text
+//! P = (sum r)^2/(n sum r^2)                               participation of the box's n nodes: 1 if even, w/L of a band w wide in a box L long
+//! P < P_max,  r > xi mean of the lower half of the box,  r > window                    the node is flagged, by any box that holds it
+//! lowest P of all boxes < s (lowest P a window ago)                                    and the flagged set is a band: it sharpens
+//! ```
+//!
+//! Bands sharpen where material softens; what is weaker at the start and hardens with shear spreads its strain again. Boxes are cut where material ends, and those that
+//! shear at less than a quarter of the fastest rate of any box until then do not count. The strain clock is the integral of the largest mean of a box.
+//!
+//! **Laplacian**: Chen et al. (2021), section 3 and Algorithm 1. A node is flagged where the plastic strain rate e bends sharply and has lately been at work:
 //!
 //! ```text
 //! |lap e| / max_neighbours e > min(c_0/D50^2, c_0/dX^2)   and   recent plastic strain > c_1
 //! ```
 //!
-//! and the flagged set is a band once it has not changed for a while, or by no more than a share from look to look. Both windows, tau_l = c_l/rate_max and
-//! tau_g = c_g/rate_max, are measured here on the *strain clock*, the integral of rate_max dt, where rate_max is the
-//! largest plastic strain rate in the domain: rate independent by construction. The rate itself is the mean over the
-//! interval between two looks, since the instantaneous rate of an explicit step mostly shows its waves.
+//! and the flagged set is a band once it has not changed for a while, or by no more than a share from look to look. Its strain clock is the integral of the largest plastic strain rate
+//! of any point, so that its windows are tau_l = c_l/rate_max and tau_g = c_g/rate_max.
+//!
+//! Both are rate independent: windows are measured on the strain clock. Strain is what was gained between two looks, since the instantaneous rate of an explicit step
+//! mostly shows its waves.
 
-use crate::base::keys::{Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, count, number};
+use crate::base::keys::{Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, count, number, text, variant};
 use crate::mpm::track::LOOKS;
-
-/// Looks within the window c_l.
-const LOOKS_PER_WINDOW: f64 = 8.0;
 
 /// The strain clock over that at which a band was refused when it may be found again.
 const REFUSED_FOR: f64 = 1.25;
+/// Of the fastest rate of any box so far; slower boxes do not count.
+const PACE_LEAST: f64 = 0.25;
 
-/// Shear band detection (Chen et al. 2021, section 3, Algorithm 1).
+/// Shear band detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oracle {
+    pub criterion: Criterion,
+    /// Steps between two looks.
+    pub every: u64,
+}
+
+/// What a band is told by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Criterion {
+    Concentration(Concentration),
+    Laplacian(Laplacian),
+}
+
+/// By how shear concentrates in boxes of some grains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Concentration {
+    /// Mean strain of the box that shears most over which growth is taken.
+    pub window: f64,
+    /// From the middle of a box to its sides, D50.
+    pub reach: f64,
+    /// P_max: participation below which a box has a band.
+    pub participation: f64,
+    /// xi: growth over that of the calmer half of the box.
+    pub contrast: f64,
+    /// s: what participation falls to within a window where a band sharpens.
+    pub sharpening: f64,
+}
+
+/// Chen et al. (2021), section 3, Algorithm 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Laplacian {
     /// c_0: threshold of the Laplacian.
     pub laplacian: f64,
     /// c_1: plastic strain within the recent window.
@@ -33,20 +74,35 @@ pub struct Oracle {
     pub persistence: f64,
     /// Share of the flagged set that may have come and gone from one look to the next without its having changed; 0 in Chen et al. (2021).
     pub tolerance: f64,
-    /// Steps between two looks.
-    pub every: u64,
 }
 
-impl Oracle {
+impl Concentration {
+    pub const DEFAULT: Self = Self { window: 2e-3, reach: 20.0, participation: 0.6, contrast: 2.0, sharpening: 0.8 };
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        let window = number("window", "mean strain of a box over which growth is taken", RATIO, POSITIVE, "2e-3");
+        form.number(&mut self.window, window.or("2e-3"));
+        let about = "from the middle of a box to its sides, in D50";
+        form.number(&mut self.reach, number("reach", about, RATIO, Range::closed(1.0, 1000.0), "20.0").or("20.0"));
+        let about = "P_max, the participation below which a box has a band";
+        let within = Range::open(0.0, 1.0);
+        form.number(&mut self.participation, number("participation", about, RATIO, within, "0.6").or("0.6"));
+        let about = "xi, growth over that of the calmer half of a box";
+        form.number(&mut self.contrast, number("contrast", about, RATIO, Range::closed(1.0, 1e6), "2.0").or("2.0"));
+        let about = "s, what participation falls to within a window as a band sharpens";
+        form.number(&mut self.sharpening, number("sharpening", about, RATIO, within, "0.8").or("0.8"));
+    }
+}
+
+impl Laplacian {
     /// Table 4 of Chen et al. (2021): planar shear.
     pub const OF_SHEAR: Self =
-        Self { laplacian: 1e-6, recent_strain: 1e-4, window: 8e-4, persistence: 1.2e-3, tolerance: 0.0, every: 1 };
+        Self { laplacian: 1e-6, recent_strain: 1e-4, window: 8e-4, persistence: 1.2e-3, tolerance: 0.0 };
     /// Tables 6 and 9 of Chen et al. (2021): the triaxial test and indentation.
     pub const OF_GRID: Self =
-        Self { laplacian: 1e-6, recent_strain: 8e-3, window: 2e-2, persistence: 9.6e-3, tolerance: 0.0, every: 1 };
+        Self { laplacian: 1e-6, recent_strain: 8e-3, window: 2e-2, persistence: 9.6e-3, tolerance: 0.0 };
 
-    /// The keys of `[oracle]`; `every` steps between two looks follow from the window and from steps by default.
-    pub fn keys(&mut self, form: &mut dyn Form, every: impl Fn(f64) -> u64) {
+    fn keys(&mut self, form: &mut dyn Form) {
         let chen = "that of Chen et al. (2021), Tables 4, 6 and 9";
         form.number(&mut self.laplacian, number("laplacian", "c_0", RATIO, POSITIVE, "1e-6").follows(chen));
         form.number(&mut self.recent_strain, number("recent_strain", "c_1", RATIO, NOT_NEGATIVE, "8e-3").follows(chen));
@@ -54,12 +110,50 @@ impl Oracle {
         form.number(&mut self.persistence, number("persistence", "c_g", RATIO, POSITIVE, "9.6e-3").follows(chen));
         let about = "the share of flagged nodes that may come and go from look to look";
         form.number(&mut self.tolerance, number("tolerance", about, RATIO, Range::closed(0.0, 0.5), "0.1").or("0.0"));
+    }
+}
+
+impl Oracle {
+    /// By the default criterion, a look after every step.
+    pub const DEFAULT: Self = Self { criterion: Criterion::Concentration(Concentration::DEFAULT), every: 1 };
+
+    pub fn window(&self) -> f64 {
+        match &self.criterion {
+            Criterion::Concentration(by) => by.window,
+            Criterion::Laplacian(by) => by.window,
+        }
+    }
+
+    /// The keys of `[oracle]`: constants of Chen et al. (2021) are by default those of `chen`; `every` steps between two looks follow from the window and from
+    /// steps by default.
+    pub fn keys(&mut self, form: &mut dyn Form, chen: Laplacian, every: impl Fn(f64) -> u64) {
+        let kinds = [
+            ("concentration", Criterion::Concentration(Concentration::DEFAULT)),
+            ("laplacian", Criterion::Laplacian(chen)),
+        ];
+        let key = text("criterion", "what a band is told by", "\"concentration\"").or("concentration");
+        variant(form, &mut self.criterion, "criterion", key, &kinds, |criterion, form| match criterion {
+            Criterion::Concentration(by) => by.keys(form),
+            Criterion::Laplacian(by) => by.keys(form),
+        });
         if form.is_needed() && !form.has("every") {
-            self.every = every(self.window);
+            self.every = every(self.window());
         }
         let key = count("every", "steps between two looks", (1, 1_000_000_000), "50");
         form.count(&mut self.every, key.follows("twenty steps of the continuum, or sixteen looks in a window"));
     }
+}
+
+/// What a look has seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Look {
+    /// Lowest participation of all boxes; 0 where none counts.
+    pub participation: f64,
+    /// Strain of the fastest point since the look before over the strain clock's.
+    pub fastest: f64,
+    /// Fastest rate of any box until then, 1/s, and the time, s.
+    pub pace: f64,
+    pub time: f64,
 }
 
 /// What the oracle remembers; the same on every rank.
@@ -67,11 +161,12 @@ impl Oracle {
 pub struct Memory {
     /// The strain clock now.
     pub clock: f64,
-    /// Looks taken; the strain clock at the last of them by slot.
+    /// Looks taken; by slot, the strain clock at the last of them and what they have seen, the latter of the criterion of concentration alone.
     pub looks: u64,
     pub clocks: [f64; LOOKS],
+    pub seen: [Look; LOOKS],
     /// Flagged nodes of the last look, by their index in the domain, rising, and the strain clock since when, or until when a band that was
-    /// refused is not asked for.
+    /// found is not asked for again; of concentration the latter alone.
     pub flagged: Vec<u64>,
     pub unchanged_since: f64,
 }
@@ -82,43 +177,80 @@ impl Memory {
         (self.looks > 0).then(|| ((self.looks - 1) % LOOKS as u64) as usize)
     }
 
-    /// Whether the fastest point's plastic strain since the last look makes it time for another.
-    pub fn due(&self, increment_max: f64, settings: &Oracle) -> bool {
-        increment_max >= settings.window / LOOKS_PER_WINDOW
+    /// The last look, as the criterion of concentration has it.
+    fn last(&self) -> Look {
+        self.slot_last().map_or(Look::default(), |slot| self.seen[slot])
+    }
+
+    /// Whether the fastest point's plastic strain since the last look makes it time for another: some looks within a window.
+    pub fn due(&self, fastest: f64, settings: &Oracle) -> bool {
+        match &settings.criterion {
+            Criterion::Laplacian(by) => fastest >= by.window / 8.0,
+            Criterion::Concentration(by) => fastest >= by.window / 4.0 * self.last().fastest.max(1.0),
+        }
     }
 
     /// Turns the clock for a look; returns the slot the look goes into and the slot where its window begins, which is
     /// none while the run is younger than the window.
-    pub fn look(&mut self, increment_max: f64, settings: &Oracle) -> (usize, Option<usize>) {
-        self.clock += increment_max;
+    pub fn look(&mut self, increment: f64, settings: &Oracle) -> (usize, Option<usize>) {
+        self.clock += increment;
         let begin = (0..self.looks.min(LOOKS as u64))
             .map(|back| ((self.looks - 1 - back) % LOOKS as u64) as usize)
-            .find(|slot| self.clocks[*slot] <= self.clock - settings.window);
+            .find(|slot| self.clocks[*slot] <= self.clock - settings.window());
         let slot = (self.looks % LOOKS as u64) as usize;
         self.clocks[slot] = self.clock;
         self.looks += 1;
         (slot, begin)
     }
 
-    /// A band that has been found can have no zone. It is not one again until the fastest point has sheared by a quarter more in all: tried
+    /// A band that has been found can have no zone. It is not one again until the strain clock is a quarter further: tried
     /// again soon after an early mistake, and not at every look for ever.
     pub fn refuse(&mut self) {
         self.flagged.clear();
         self.unchanged_since = REFUSED_FOR * self.clock;
     }
 
-    /// Takes in the flagged set of a look, rising; true once it is not empty and has stayed as it is for c_g, but for the share
+    /// Takes in the flagged set of a look by the Laplacian, rising; true once it is not empty and has stayed as it is for c_g, but for the share
     /// of it that may have come and gone since the look before: the more nodes a band has, the likelier one of them is at the
     /// threshold. A set that wanders by less than that from look to look stands, as far as this can tell.
-    pub fn persists(&mut self, flagged: Vec<u64>, settings: &Oracle) -> bool {
+    pub fn persists(&mut self, flagged: Vec<u64>, by: &Laplacian) -> bool {
         let common = flagged.iter().filter(|node| self.flagged.binary_search(node).is_ok()).count();
         let changed = flagged.len() + self.flagged.len() - 2 * common;
-        if self.flagged.is_empty() && !flagged.is_empty() || changed as f64 > settings.tolerance * flagged.len() as f64
-        {
+        if self.flagged.is_empty() && !flagged.is_empty() || changed as f64 > by.tolerance * flagged.len() as f64 {
             self.unchanged_since = self.unchanged_since.max(self.clock);
         }
         self.flagged = flagged;
-        !self.flagged.is_empty() && self.clock - self.unchanged_since >= settings.persistence
+        !self.flagged.is_empty() && self.clock - self.unchanged_since >= by.persistence
+    }
+
+    /// A look at a time, s: what the strain clock and the fastest point have gained since the one in slot `last`.
+    pub fn see(&mut self, slot: usize, last: Option<usize>, [increment, fastest, time]: [f64; 3]) {
+        let before = last.map_or(Look::default(), |last| self.seen[last]);
+        let rate = if time > before.time { increment / (time - before.time) } else { 0.0 };
+        let fastest = if increment > 0.0 { fastest / increment } else { 1.0 };
+        self.seen[slot] = Look { participation: 0.0, fastest, pace: before.pace.max(rate), time };
+    }
+
+    /// Mean growth of a box from the look in slot `begin` to that in `slot` from which on it counts.
+    pub fn growth_least(&self, slot: usize, begin: usize) -> f64 {
+        PACE_LEAST * self.seen[slot].pace * (self.seen[slot].time - self.seen[begin].time)
+    }
+
+    /// Takes in the flagged set of a look by concentration, rising, whose window began with that of slot `begin`; true where it sharpens. A band that has sharpened once
+    /// stands, and is one again, where it is not all grains by then, a window later.
+    pub fn sharpens(&mut self, flagged: Vec<u64>, begin: usize, by: &Concentration) -> bool {
+        let (now, then) = (self.last().participation, self.seen[begin].participation);
+        self.flagged = flagged;
+        let is_known = self.unchanged_since > 0.0;
+        let is_band = match is_known {
+            true => self.clock >= self.unchanged_since,
+            false => now <= by.sharpening * then,
+        };
+        if self.flagged.is_empty() || !is_band {
+            return false;
+        }
+        self.unchanged_since = self.clock + by.window;
+        true
     }
 }
 
@@ -129,6 +261,8 @@ pub struct NodeFields {
     pub counts: [usize; 2],
     /// Whether a node carries mass.
     pub present: Vec<bool>,
+    /// Whether the first is beside the last along x.
+    pub is_periodic: bool,
     /// Plastic strain since the last look (rate times a constant) and within the window.
     pub rate: Vec<f64>,
     pub recent: Vec<f64>,
@@ -137,7 +271,8 @@ pub struct NodeFields {
 impl NodeFields {
     pub fn empty(counts: [usize; 2]) -> Self {
         let nodes = counts[0] * counts[1];
-        Self { counts, present: vec![false; nodes], rate: vec![0.0; nodes], recent: vec![0.0; nodes] }
+        let (rate, recent) = (vec![0.0; nodes], vec![0.0; nodes]);
+        Self { counts, present: vec![false; nodes], is_periodic: true, rate, recent }
     }
 
     /// Index of the node beside `(i, j)`, across the period in x; none outside in y or where there is no material.
@@ -145,6 +280,7 @@ impl NodeFields {
         let [columns, rows] = self.counts;
         let column = (i as i64 + step[0]).rem_euclid(columns as i64) as usize;
         let row = j as i64 + step[1];
+        // Elsewhere there is no material in the last column and beyond.
         if row < 0 || row >= rows as i64 {
             return None;
         }
@@ -172,8 +308,69 @@ impl NodeFields {
         max
     }
 
-    /// Flagged nodes, rising. `cell` and `diameter` (D50) in m.
-    pub fn flagged(&self, settings: &Oracle, cell: f64, diameter: f64) -> Vec<u64> {
+    /// Nodes with material in the box that reaches so many nodes from `(i, j)`, each once.
+    fn in_box(&self, [i, j]: [usize; 2], reach: usize) -> impl Iterator<Item = usize> {
+        let [columns, rows] = self.counts.map(|count| count as i64);
+        let (i, j, reach) = (i as i64, j as i64, reach as i64);
+        let across = match self.is_periodic && 2 * reach + 1 >= columns {
+            true => 0..columns,
+            false => i - reach..i + reach + 1,
+        };
+        let is_periodic = self.is_periodic;
+        let column = move |at: i64| match is_periodic {
+            true => Some(at.rem_euclid(columns)),
+            false => (0..columns).contains(&at).then_some(at),
+        };
+        ((j - reach).max(0)..(j + reach + 1).min(rows))
+            .flat_map(move |row| across.clone().filter_map(column).map(move |column| (row * columns + column) as usize))
+            .filter(|node| self.present[*node])
+    }
+
+    /// Largest mean of a box of `values` over the nodes with material.
+    pub fn fastest_box(&self, values: &[f64], reach: usize) -> f64 {
+        let mean = |at: [usize; 2]| {
+            let (sum, count) = self.in_box(at, reach).fold((0.0, 0), |(sum, n), node| (sum + values[node], n + 1));
+            sum / count as f64
+        };
+        self.places().map(mean).fold(0.0, f64::max)
+    }
+
+    /// Places of the nodes with material.
+    fn places(&self) -> impl Iterator<Item = [usize; 2]> {
+        let columns = self.counts[0];
+        (0..self.present.len()).filter(|node| self.present[*node]).map(move |node| [node % columns, node / columns])
+    }
+
+    /// The flagged nodes, rising, and the lowest participation of boxes that reach so many nodes and whose mean growth is at least `least`; 0 where there is none.
+    pub fn concentrated(&self, by: &Concentration, reach: usize, least: f64) -> (Vec<u64>, f64) {
+        let mut is_flagged = vec![false; self.present.len()];
+        let (mut lowest, mut growths) = (0.0, Vec::new());
+        for at in self.places() {
+            growths.clear();
+            growths.extend(self.in_box(at, reach).map(|node| self.recent[node]));
+            let count = growths.len() as f64;
+            let (sum, squares) = growths.iter().fold((0.0, 0.0), |(sum, squares), r| (sum + r, squares + r * r));
+            if sum <= 0.0 || sum < least * count {
+                continue;
+            }
+            let participation = sum * sum / (count * squares);
+            lowest = if lowest > 0.0 { participation.min(lowest) } else { participation };
+            if participation >= by.participation {
+                continue;
+            }
+            growths.sort_by(f64::total_cmp);
+            let calm = &growths[..(growths.len() / 2).max(1)];
+            let bound = (by.contrast * calm.iter().sum::<f64>() / calm.len() as f64).max(by.window);
+            for node in self.in_box(at, reach) {
+                is_flagged[node] |= self.recent[node] > bound;
+            }
+        }
+        let flagged = (0..is_flagged.len() as u64).filter(|node| is_flagged[*node as usize]).collect();
+        (flagged, lowest)
+    }
+
+    /// Flagged nodes of the Laplacian, rising. `cell` and `diameter` (D50) in m.
+    pub fn flagged(&self, settings: &Laplacian, cell: f64, diameter: f64) -> Vec<u64> {
         // Both thresholds times dX^2.
         let threshold = settings.laplacian * (cell * cell / (diameter * diameter)).min(1.0);
         let mut flagged = Vec::new();
@@ -197,7 +394,7 @@ mod tests {
 
     #[test]
     fn a_band_that_was_refused_is_found_again_once_a_quarter_more_has_been_sheared() {
-        let settings = Oracle { persistence: 0.01, ..Oracle::OF_SHEAR };
+        let settings = Laplacian { persistence: 0.01, ..Laplacian::OF_SHEAR };
         let mut memory = Memory::default();
         let mut found = Vec::new();
         for look in 0..1000 {

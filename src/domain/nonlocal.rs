@@ -107,7 +107,8 @@ impl<S: Space> World<'_, S> {
                 Places::Reference => cold.origin,
                 Places::Current => hot.position,
             };
-            Seen { id: cold.id, place, volume: hot.volume }
+            // Where points share their place with grains they stand for a part of it.
+            Seen { id: cold.id, place, volume: hot.weight * hot.volume }
         };
         points.hot.iter().zip(&points.cold).map(seen).collect()
     }

@@ -82,6 +82,7 @@ impl Scenario {
             },
             scheme: self.scheme,
             material: Material { density: density_bulk(self), law },
+            nonlocal: self.nonlocal,
             regions: vec![Region { shape: RegionShape::Box { lower, upper }, fraction, ..Region::BLANK }],
             stress: InitialStress::Isotropic { pressure: self.packing.stress },
             oracle: (self.method == Method::Hybrid).then_some(watch),

@@ -13,10 +13,11 @@ use crate::base::keys::{
     DAMPING, DENSITY, Form, Key, LENGTH, MASS, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STRESS, TIME, Table, Wants,
     choose, count, key, number, size, text, vector,
 };
-use crate::couple::oracle::Oracle;
+use crate::couple::oracle::{Laplacian, Oracle};
 use crate::couple::zone::Enrichment;
 use crate::law::contact::Contact;
 use crate::law::material::{ConstitutiveLaw, CriticalConstants};
+use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::penalty::Coupling;
 use crate::mpm::scheme::Scheme;
 
@@ -41,6 +42,8 @@ pub struct Scenario {
     pub oracle: Oracle,
     pub coupling: Coupling,
     pub enrichment: Enrichment,
+    /// What the continuum's strain is averaged by, if it is.
+    pub nonlocal: Option<Nonlocal>,
     pub time: Time,
     pub decomposition: Decomposition,
     pub output: Output,
@@ -81,7 +84,7 @@ impl Scenario {
         page.section("contact", |page| job.contact.keys(page, 0.0));
         page.section("packing", |page| job.packing.keys(page));
         page.section("loading", |page| job.loading.keys(page));
-        page.section("oracle", |page| job.oracle.keys(page, |_| 0));
+        page.section("oracle", |page| job.oracle.keys(page, Laplacian::OF_SHEAR, |_| 0));
         page.section("coupling", |page| job.coupling.keys(page));
         page.section("enrichment", |page| job.enrichment.keys(page));
         page.section("zone", |page| job.enrichment.life.keys(page));
@@ -91,6 +94,9 @@ impl Scenario {
         page.section("scheme", |page| job.scheme.keys(page));
         page.section("material", |page| job.material.keys(page, true));
         page.section("continuum", |page| job.continuum.keys(page));
+        if let Some(nonlocal) = &mut job.nonlocal {
+            page.section("nonlocal", |page| nonlocal.keys(page));
+        }
         page.text()
     }
 
@@ -114,12 +120,13 @@ impl Scenario {
             Material::table(),
             section("continuum", "the grid of the continuum", |form| job.continuum.keys(form)),
             section("loading", "what is done to the specimen", |form| job.loading.keys(form)),
-            section("oracle", "shear band detection", |form| job.oracle.keys(form, |_| 0)),
+            section("oracle", "shear band detection", |form| job.oracle.keys(form, Laplacian::OF_SHEAR, |_| 0)),
             section("coupling", "how grains are held to nodes that they share with points", |form| {
                 job.coupling.keys(form)
             }),
             section("enrichment", "grains for points", |form| job.enrichment.keys(form)),
             section("zone", "what becomes of the grains' zone", |form| job.enrichment.life.keys(form)),
+            section("nonlocal", "a mean of strain around every point", |form| Nonlocal::BLANK.clone().keys(form)),
             section("time", "the time step", |form| job.time.keys(form)),
             section("decomposition", "how the domain is cut", |form| job.decomposition.keys(form)),
             section("output", "what is written and when", |form| job.output.keys(form, &mut job.ledger)),
@@ -152,7 +159,7 @@ impl Scenario {
                 }),
             },
             scheme: Scheme::DEFAULT,
-            continuum: Continuum { cell: 0.0, at_face: true, weak: Vec::new() },
+            continuum: Continuum { cell: 0.0, at_face: true, is_heterogeneous: false, weak: Vec::new() },
             loading: Loading {
                 stress_normal: 0.0,
                 speed: 0.0,
@@ -161,9 +168,10 @@ impl Scenario {
                 plate_mass: 0.0,
                 plate_damping: 0.0,
             },
-            oracle: Oracle::OF_SHEAR,
+            oracle: Oracle::DEFAULT,
             coupling: Coupling::DEFAULT,
             enrichment: Enrichment::around(0.0),
+            nonlocal: None,
             time: Time { step: 0.0, grain_steps: 1 },
             decomposition: Decomposition { cells_per_block: 0, skin: 0.0 },
             output: Output::default(),
@@ -285,6 +293,8 @@ pub struct Continuum {
     pub cell: f64,
     /// Plates meet material points at their own face ([`crate::mpm::faces`]); else they hold the nodes from the one nearest to it on.
     pub at_face: bool,
+    /// The solid volume fraction is the packing's from place to place, and not everywhere its mean.
+    pub is_heterogeneous: bool,
     /// Regions that start with another solid volume fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
     pub weak: Vec<WeakRegion>,
 }
@@ -296,6 +306,10 @@ impl Continuum {
             "where points meet the plates: at the nodes that these hold, or at their face, wherever in a cell that is";
         let key_of_place = text("contact_at", about, "\"nodes\"").or("face");
         choose(form, &mut self.at_face, "place of contact", key_of_place, &[("nodes", false), ("face", true)]);
+        let about = "whether the solid volume fraction varies from place to place as the packing's does";
+        let key_of_start = text("heterogeneity", about, "\"packing\"").or("none");
+        let names = [("none", false), ("packing", true)];
+        choose(form, &mut self.is_heterogeneous, "heterogeneity", key_of_start, &names);
         let weak = key("weak", "regions that start looser", Wants::Text, "[]").optional();
         super::schema::list(
             form,

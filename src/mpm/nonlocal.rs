@@ -132,7 +132,7 @@ const STRAIN_LEAST: f64 = 1e-5;
 pub struct Seen<S: Space> {
     pub id: PointId,
     pub place: S::Vector,
-    /// At the start, for which Kirchhoff stress is, m3.
+    /// What it stands for of its volume at the start, for which Kirchhoff stress is, m3.
     pub volume: f64,
 }
 

@@ -3,6 +3,7 @@
 
 pub mod grain_file;
 pub mod grain_world;
+pub mod heterogeneity;
 pub mod insert;
 pub mod join;
 pub mod loose;

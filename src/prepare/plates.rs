@@ -8,10 +8,13 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::base::symmetric::Symmetric;
 use crate::bodies::body::{Body, Instant, Shape, Side};
 use crate::domain::rebuild::Parts;
+use crate::domain::transfer;
 use crate::job::{Method, Scenario, derived};
 use crate::mpm::points::Point;
 use crate::mpm::stress::material_of;
 use crate::prepare::grain_world::servo_of;
+use crate::prepare::heterogeneity::Packed;
+use crate::prepare::loose;
 use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 
 type Vector = <Plane as Space>::Vector;
@@ -76,7 +79,7 @@ fn as_high_as(scenario: &Scenario, height: f64) -> Scenario {
 /// The world at time zero.
 pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start) -> Result<PlanarWorld<'t>, Error> {
     let height = start.height;
-    let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
+    let points = if scenario.method.has_points() { points(scenario, transport, &start)? } else { Vec::new() };
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
     let settings = settings_of_run(scenario);
     let layout = layout_for(scenario, height)?;
@@ -87,29 +90,60 @@ pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start
 
 /// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
 /// rank makes some of the rows.
-fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<Point<Plane>> {
+fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Result<Vec<Point<Plane>>, Error> {
     let (width, height) = (scenario.specimen.width, start.height);
     let spacing = scenario.continuum.cell / scenario.scheme.points_per_cell as f64;
     let columns = (width / spacing).round() as usize;
     let rows = (height / spacing).round() as usize;
     let step = [width / columns as f64, height / rows as f64];
     let volume = step[0] * step[1] * scenario.specimen.depth;
-    let mass = start.mass / (columns * rows) as f64;
+    let mean_mass = start.mass / (columns * rows) as f64;
     let law = material_of::<Plane>(&scenario.material.law);
+    let fractions = fractions(scenario, transport, start, [columns, rows])?;
     let mut points = Vec::new();
     for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {
         for column in 0..columns {
             let place = [(column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]];
             let id = PointId((row * columns + column) as u64);
+            let fraction = fractions[row * columns + column];
+            let mass = mean_mass * (fraction / start.fraction);
             let mut point = Point::<Plane>::resting(id, Vector::new(place[0], place[1]), mass, volume);
-            let deficit = deficit_at(scenario, place);
-            point.hot.memory = law.start(&(Plane::identity() * -scenario.packing.stress), start.fraction - deficit);
+            let stress = Plane::identity() * -scenario.packing.stress;
+            point.hot.memory = law.start(&stress, fraction - deficit_at(scenario, place));
             point.hot.stress = Symmetric::of(&law.stress(&point.hot.memory));
             debug_assert!(point.hot.kirchhoff().is_finite());
             points.push(point);
         }
     }
-    points
+    Ok(points)
+}
+
+/// Solid volume fractions of the places of points, row by row: the specimen's, or those of the packing from place to place, shifted to
+/// the same mean. On every rank. Collective.
+fn fractions(
+    scenario: &Scenario,
+    transport: &dyn Transport,
+    start: &Start,
+    counts: [usize; 2],
+) -> Result<Vec<f64>, Error> {
+    if !scenario.continuum.is_heterogeneous {
+        return Ok(vec![start.fraction; counts[0] * counts[1]]);
+    }
+    let found = sheared::on_root(transport, || {
+        let glued = loose::glued_depth(scenario);
+        let packed = Packed {
+            grains: &start.packing.grains,
+            width: scenario.specimen.width,
+            fills: -glued..start.height + glued,
+        };
+        let mut fractions = packed.fractions(counts, start.height, scenario.continuum.cell);
+        let off = start.fraction - fractions.iter().sum::<f64>() / fractions.len() as f64;
+        fractions.iter_mut().for_each(|fraction| *fraction += off);
+        Ok(fractions)
+    });
+    let mine: Vec<u8> = transfer::agree(transport, found)?.iter().flatten().flat_map(|it| it.to_le_bytes()).collect();
+    let of_all = transport.broadcast(mine);
+    Ok(of_all.chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().expect("eight bytes"))).collect())
 }
 
 /// What the weak regions take from the solid volume fraction at a place.

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use crate::couple::oracle::Oracle;
+use crate::couple::oracle::{Criterion, Laplacian, Oracle};
 use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::dem::motion::Damping;
 use crate::job::assembly::{Assembly, Body, Cell, Motion, Packed, PathPoint, Preparation, Source, Velocities};
@@ -92,6 +92,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
         bodies: job.bodies.iter().map(body).collect(),
         follow: Vec::new(),
         oracle: None,
+        nonlocal: None,
         grains: Some(Box::new(grains)),
         grain_steps: 1,
         scheme: Scheme { averages_volume: true, ..job.scheme },
@@ -109,6 +110,7 @@ fn named(how: &str, job: &str) -> String {
     let job = job
         .replace("\nenergy_balance = ", "\nledger = ")
         .replace("\nvolume_averaging = true", "")
+        .replace("\ncriterion = \"laplacian\"", "")
         .replace("\ncontact_at = \"nodes\"", "");
     format!("{how}\n{job}")
 }
@@ -130,8 +132,16 @@ fn piece(job: &Assembly, packed: &Packed) -> Assembly {
 }
 
 const AT_REST: Motion = Motion { path: Vec::new(), oscillation: None, servo: None };
-const NO_ORACLE: Oracle =
-    Oracle { laplacian: 0.0, recent_strain: 0.0, window: 0.0, persistence: 0.0, tolerance: 0.0, every: 0 };
+const NO_ORACLE: Oracle = Oracle {
+    criterion: Criterion::Laplacian(Laplacian {
+        laplacian: 0.0,
+        recent_strain: 0.0,
+        window: 0.0,
+        persistence: 0.0,
+        tolerance: 0.0,
+    }),
+    every: 0,
+};
 const NO_ZONE: Enrichment = Enrichment {
     distance: 0.0,
     weight: 0.0,

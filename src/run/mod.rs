@@ -191,6 +191,7 @@ impl Cargo for Progress {
     }
     fn pack_rest(&mut self, to: &mut Writer) {
         to.u64_slice(&self.oracle.flagged);
+        self.oracle.seen.iter_mut().for_each(|look| look.visit(&mut ToParcel(to)));
         to.f64_slice(&self.instants.times);
         to.u64(self.rest.cells.len() as u64);
         self.rest.cells.iter_mut().for_each(|cell| cell.visit(&mut ToParcel(to)));
@@ -203,6 +204,9 @@ impl Cargo for Progress {
     }
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), scree_partition::ParcelError> {
         self.oracle.flagged = from.u64_slice()?;
+        let mut looks = FromParcel { reader: from, failure: None };
+        self.oracle.seen.iter_mut().for_each(|look| look.visit(&mut looks));
+        looks.failure.map_or(Ok(()), Err)?;
         self.instants.times = from.f64_slice()?;
         self.rest.cells = vec![CellStrain::default(); from.u64()? as usize];
         let mut cells = FromParcel { reader: from, failure: None };

@@ -14,7 +14,7 @@ use crate::base::record::{Cargo, Record, Visitor, from_table, to_table};
 use crate::base::space::Space;
 use crate::base::units::in_short;
 use crate::bodies::body::Body;
-use crate::couple::oracle::Memory;
+use crate::couple::oracle::{Look, Memory};
 use crate::couple::rest::{CellStrain, RestWatch};
 use crate::dem::cell::Cell;
 use crate::dem::drive::Missed;
@@ -103,6 +103,15 @@ impl Record for Instant {
     }
 }
 
+impl Record for Look {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.f64s("participation", std::slice::from_mut(&mut self.participation));
+        visitor.f64s("fastest", std::slice::from_mut(&mut self.fastest));
+        visitor.f64s("pace", std::slice::from_mut(&mut self.pace));
+        visitor.f64s("time", std::slice::from_mut(&mut self.time));
+    }
+}
+
 impl Record for CellStrain {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.u64("cell", &mut self.cell);
@@ -159,6 +168,10 @@ impl<S: Space> Snapshot<S> {
         if !progress.ledger.is_empty() {
             tables.push(to_table("ledger", &mut progress.ledger, &mut Entry::default()));
         }
+        // Nor has one that is not watched, or by the Laplacian, one of what looks have seen.
+        if progress.oracle.seen != Memory::default().seen {
+            tables.push(to_table("oracle_looks", &mut progress.oracle.seen, &mut Look::default()));
+        }
         if !progress.rest.cells.is_empty() {
             tables.push(to_table("rest", &mut progress.rest.cells, &mut CellStrain::default()));
         }
@@ -210,6 +223,12 @@ impl<S: Space> Snapshot<S> {
         }
         if state.tables.iter().any(|table| table.name == "stress_missed") {
             progress.missed = tables::rows(state, "stress_missed", &Missed::default())?;
+        }
+        if state.tables.iter().any(|table| table.name == "oracle_looks") {
+            let looks = tables::rows(state, "oracle_looks", &Look::default())?;
+            progress.oracle.seen = looks.try_into().map_err(|looks: Vec<Look>| {
+                Error::User(format!("{} looks of the oracle in the checkpoint, and {LOOKS} belong there", looks.len()))
+            })?;
         }
         if state.tables.iter().any(|table| table.name == "rest") {
             progress.rest.cells = tables::rows(state, "rest", &CellStrain::default())?;

@@ -7,7 +7,7 @@ use scree::adapt::watch;
 use scree::base::ids::PointId;
 use scree::base::math;
 use scree::base::space::Plane;
-use scree::couple::oracle::{Memory, NodeFields, Oracle};
+use scree::couple::oracle::{Concentration, Criterion, Laplacian, Memory, NodeFields, Oracle};
 use scree::domain::world::World;
 use scree::job::{Job, Scenario, derived};
 use scree::mpm::stress::material_of;
@@ -288,8 +288,9 @@ fn detection_does_not_depend_on_the_rate() {
 
 const CELL: f64 = 3e-3;
 const DIAMETER: f64 = 1e-3;
-const SETTINGS: Oracle =
-    Oracle { laplacian: 0.08, recent_strain: 1e-3, window: 8e-3, persistence: 8e-3, tolerance: 0.0, every: 1 };
+const SETTINGS: Laplacian =
+    Laplacian { laplacian: 0.08, recent_strain: 1e-3, window: 8e-3, persistence: 8e-3, tolerance: 0.0 };
+const ORACLE: Oracle = Oracle { criterion: Criterion::Laplacian(SETTINGS), every: 1 };
 
 /// A column of nodes, 3 wide and periodic, with a Gaussian rate of `width` cells about the middle row; the recent strain is
 /// the rate times `recent`.
@@ -306,7 +307,7 @@ fn gaussian(width: f64, recent: f64) -> NodeFields {
     fields
 }
 
-fn flagged_rows(fields: &NodeFields, settings: &Oracle, cell: f64) -> Vec<i64> {
+fn flagged_rows(fields: &NodeFields, settings: &Laplacian, cell: f64) -> Vec<i64> {
     let nodes = fields.flagged(settings, cell, DIAMETER);
     let rows: Vec<i64> = nodes.iter().map(|node| (node / 3) as i64 - 30).collect();
     assert!(rows.chunks(3).all(|row| row.len() == 3 && row[0] == row[2]), "whole rows: {nodes:?}");
@@ -328,7 +329,7 @@ fn the_flanks_of_a_gaussian_band_are_flagged_and_nothing_else() {
     let upper: Vec<i64> = rows.iter().copied().filter(|row| *row > 0).collect();
     assert_eq!(upper, (7..=11).collect::<Vec<i64>>());
     // At a lower threshold the core bends enough as well, and only the inflection at y = s stays out.
-    let low = Oracle { laplacian: 0.01, ..SETTINGS };
+    let low = Laplacian { laplacian: 0.01, ..SETTINGS };
     let rows = flagged_rows(&fields, &low, CELL);
     assert!(rows.contains(&0) && !rows.contains(&4) && !rows.contains(&-4) && rows.contains(&8), "{rows:?}");
     // Twice the work flags more of the tail, none flags nothing.
@@ -359,7 +360,7 @@ fn the_threshold_knows_grains_and_cells() {
     let coarse = flagged_rows(&fields, &SETTINGS, 2.0 * DIAMETER);
     assert_eq!(coarse, flagged_rows(&fields, &SETTINGS, 5.0 * DIAMETER));
     // Of a cell of half a grain a quarter of the bend per cell is asked.
-    let quarter = Oracle { laplacian: 0.25 * SETTINGS.laplacian, ..SETTINGS };
+    let quarter = Laplacian { laplacian: 0.25 * SETTINGS.laplacian, ..SETTINGS };
     assert_eq!(flagged_rows(&fields, &SETTINGS, 0.5 * DIAMETER), flagged_rows(&fields, &quarter, DIAMETER));
     assert_ne!(flagged_rows(&fields, &SETTINGS, 0.5 * DIAMETER), coarse);
 }
@@ -371,7 +372,7 @@ fn even_flow_is_no_band() {
     for node in 8..28 {
         (fields.present[node], fields.rate[node], fields.recent[node]) = (true, 0.7, 1.0);
     }
-    let settings = Oracle { laplacian: 1e-9, ..SETTINGS };
+    let settings = Laplacian { laplacian: 1e-9, ..SETTINGS };
     assert!(fields.flagged(&settings, CELL, DIAMETER).is_empty());
     // A bend across the period is seen from both sides of it.
     fields.rate[16] = 1.4;
@@ -386,12 +387,12 @@ fn the_strain_clock_keeps_its_window() {
     let mut memory = Memory::default();
     let (mut clock, mut history): (f64, Vec<f64>) = (0.0, Vec::new());
     assert_eq!(memory.slot_last(), None);
-    assert!(!memory.due(0.99 * SETTINGS.window / 8.0, &SETTINGS) && memory.due(SETTINGS.window / 8.0, &SETTINGS));
+    assert!(!memory.due(0.99 * SETTINGS.window / 8.0, &ORACLE) && memory.due(SETTINGS.window / 8.0, &ORACLE));
     for look in 0..200 {
         // From just due to beyond the whole window.
         let increment =
             SETTINGS.window / 8.0 * (1.0 + 4.0 * (random.signed() + 1.0) * f64::from(u8::from(look % 3 == 0)));
-        let (slot, begin) = memory.look(increment, &SETTINGS);
+        let (slot, begin) = memory.look(increment, &ORACLE);
         clock += increment;
         assert_eq!((slot, memory.slot_last()), (look % LOOKS, Some(slot)));
         assert!((memory.clock - clock).abs() < 1e-12);
@@ -405,10 +406,10 @@ fn the_strain_clock_keeps_its_window() {
 /// A share of the set may come and go from look to look; more of it begins anew, and so does a set that is gone.
 #[test]
 fn a_band_may_flicker_within_its_tolerance() {
-    let settings = Oracle { tolerance: 0.5, ..SETTINGS };
+    let settings = Laplacian { tolerance: 0.5, ..SETTINGS };
     let mut memory = Memory::default();
     let mut look = |flagged: &[u64]| {
-        memory.look(settings.persistence / 2.0, &settings);
+        memory.look(settings.persistence / 2.0, &ORACLE);
         memory.persists(flagged.to_vec(), &settings)
     };
     assert!(!look(&[1, 2, 3, 4]));
@@ -427,7 +428,7 @@ fn a_band_may_flicker_within_its_tolerance() {
 fn a_band_must_persist() {
     let mut memory = Memory::default();
     let mut look = |flagged: &[u64]| {
-        memory.look(SETTINGS.persistence / 4.0, &SETTINGS);
+        memory.look(SETTINGS.persistence / 4.0, &ORACLE);
         memory.persists(flagged.to_vec(), &SETTINGS)
     };
     let said: Vec<bool> = [
@@ -456,4 +457,88 @@ fn a_band_must_persist() {
     .collect();
     let fired: Vec<usize> = said.iter().enumerate().filter(|(_, said)| **said).map(|(look, _)| look).collect();
     assert_eq!(fired, [14, 15]);
+}
+
+const BOX: Concentration = Concentration::DEFAULT;
+
+/// Rows of nodes, 6 wide and periodic, that have grown by these within the window.
+fn grown(rows: &[f64]) -> NodeFields {
+    let mut fields = NodeFields::empty([6, rows.len()]);
+    for (node, present) in fields.present.iter_mut().enumerate() {
+        *present = true;
+        fields.recent[node] = rows[node / 6];
+    }
+    fields
+}
+
+/// Participation of a band w wide in a box L long is w/L, and of even flow 1.
+#[test]
+fn participation_is_the_share_of_a_box_that_a_band_takes() {
+    let even = grown(&[3e-3; 21]).concentrated(&BOX, 3, 0.0);
+    assert_eq!(even, (Vec::new(), 1.0));
+    let mut rows = [0.0; 21];
+    rows[10] = 2e-2;
+    let (flagged, participation) = grown(&rows).concentrated(&BOX, 3, 0.0);
+    assert!((participation - 1.0 / 7.0).abs() < 1e-12, "{participation}");
+    assert_eq!(flagged, (60..66).collect::<Vec<u64>>());
+    // At the end of the material boxes are cut; a row there is a band of one row in four.
+    let mut rows = [0.0; 21];
+    rows[0] = 2e-2;
+    let (flagged, participation) = grown(&rows).concentrated(&BOX, 3, 0.0);
+    assert!((participation - 0.25).abs() < 1e-12, "{participation}");
+    assert_eq!(flagged, (0..6).collect::<Vec<u64>>());
+}
+
+/// What grows by less than the window is no band, however alone it does; nor is what shears more slowly than counts.
+#[test]
+fn a_band_grows_by_more_than_the_window() {
+    let mut rows = [0.0; 21];
+    rows[10] = 0.99 * BOX.window;
+    assert!(grown(&rows).concentrated(&BOX, 3, 0.0).0.is_empty());
+    rows[10] = 1.01 * BOX.window;
+    assert_eq!(grown(&rows).concentrated(&BOX, 3, 0.0).0.len(), 6);
+    assert_eq!(grown(&rows).concentrated(&BOX, 3, BOX.window), (Vec::new(), 0.0));
+    // Contrast: twice the calmer half of the box does not do.
+    let rows: Vec<f64> = (0..21).map(|row| if row == 10 { 1.9e-2 } else { 1e-2 }).collect();
+    assert!(grown(&rows).concentrated(&Concentration { participation: 0.99, ..BOX }, 3, 0.0).0.is_empty());
+    let rows: Vec<f64> = (0..21).map(|row| if row == 10 { 2.1e-2 } else { 1e-2 }).collect();
+    assert_eq!(grown(&rows).concentrated(&Concentration { participation: 0.99, ..BOX }, 3, 0.0).0.len(), 6);
+}
+
+/// A box as wide as the period holds every node once; without a period it ends where the grid does.
+#[test]
+fn boxes_know_the_period() {
+    let mut fields = grown(&[1.0; 9]);
+    fields.rate = vec![0.0; 54];
+    fields.rate[4 * 6] = 1.0;
+    let mean = |fields: &NodeFields, reach| fields.fastest_box(&fields.rate, reach);
+    assert_eq!(mean(&fields, 1), 1.0 / 9.0);
+    assert_eq!(mean(&fields, 2), 1.0 / 25.0);
+    assert_eq!(mean(&fields, 3), 1.0 / 42.0);
+    fields.is_periodic = false;
+    assert_eq!(mean(&fields, 1), 1.0 / 6.0);
+}
+
+/// Shear that concentrates more and more is a band; one that stays as it is, is none, unless it has been one before.
+#[test]
+fn a_band_sharpens() {
+    let oracle = Oracle { criterion: Criterion::Concentration(BOX), every: 1 };
+    let story = |participations: &[f64]| -> Vec<usize> {
+        let (mut memory, mut found) = (Memory::default(), Vec::new());
+        for (look, participation) in participations.iter().enumerate() {
+            let (slot, begin) = memory.look(BOX.window / 4.0, &oracle);
+            memory.seen[slot].participation = *participation;
+            if begin.is_some_and(|begin| memory.sharpens(vec![7], begin, &BOX)) {
+                found.push(look);
+            }
+        }
+        found
+    };
+    // Slowly, as what is uneven from the start does, it may fall as far as it likes.
+    let slowly: Vec<f64> = (0..60).map(|look| 0.98f64.powi(look)).collect();
+    assert!(story(&slowly).is_empty());
+    let fast: Vec<f64> = (0..20).map(|look| if look < 10 { 0.9 } else { 0.9 * 0.93f64.powi(look - 10) }).collect();
+    let found = story(&fast);
+    assert_eq!(found[0], 14, "0.93^4 is below 0.8: {found:?}");
+    assert_eq!(found[1], 18, "a window later it stands: {found:?}");
 }

@@ -1,17 +1,23 @@
 //! Which grains of the packing enter.
 
+use std::collections::BTreeSet;
+
 use super::motion::Motion;
 use super::residents::Residents;
 use super::{PlanarPoint, Refusal, Vector};
+use crate::base::space::Plane;
+use crate::bodies::body::Body;
 use crate::couple::select::{Candidate, select};
 use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::Mover;
+use crate::prepare::reference::Lies;
 use crate::prepare::sheared::Grain;
 
 pub(super) struct Chosen {
     pub grains: Vec<Grain>,
-    /// Grains of the packing that stand beside them already.
+    /// Grains of the packing that stand beside them already, and those of a plate that the zone comes to: these come with it, all of the plate's.
     pub beside: Vec<Grain>,
+    pub glued: Vec<Grain>,
     /// Ids of rim grains, rising.
     pub rim: Vec<u64>,
     /// Weight that points of the rim keep.
@@ -41,15 +47,22 @@ impl<'a> Sight<'a> {
         Self { zone, motion, residents, reach: settings.distance + 1.5 * zone.grid.cell }
     }
 
+    /// Whether a grain at a plate, m, may touch those that come.
+    fn is_near_plate(&self, place: &Vector) -> bool {
+        self.zone.distance([place[0], place[1]]) <= self.reach
+    }
+
     /// The grain of that number, which has its `origin` in the packing.
     pub fn stands(&self, id: u64, origin: &Vector) -> Stands {
         let Self { zone, motion, residents, reach } = self;
-        let Some(way) = motion.at(motion.times.len() - 1, origin) else { return Stands::Away };
+        let last = motion.times.len() - 1;
         if let Some(resident) = residents.get(id) {
             let place = *origin + resident.displacement;
-            let is_beside = zone.distance([place[0], place[1]]) <= reach + zone.grid.cell;
+            let is_beside = zone.distance([place[0], place[1]]) <= reach + zone.grid.cell
+                && motion.at(last, &resident.led_from).is_some();
             return if is_beside { Stands::Beside } else { Stands::Away };
         }
+        let Some(way) = motion.at(last, origin) else { return Stands::Away };
         let place = *origin + way;
         let place = [place[0], place[1]];
         match zone.at(place[0], place[1]) == Label::Continuum && zone.distance(place) > *reach {
@@ -64,11 +77,18 @@ pub(super) fn choose(
     settings: &Enrichment,
     zone: &Zone,
     sight: &Sight<'_>,
-    packing: &[Grain],
+    (packing, lies, bodies): (&[Grain], Lies<'_>, &[Body<Plane>]),
     [core, rim_mass]: [f64; 2],
 ) -> Result<Chosen, Refusal> {
-    let (mut candidates, mut beside) = (Vec::new(), Vec::new());
+    let (mut candidates, mut beside, mut plates) = (Vec::new(), Vec::new(), BTreeSet::new());
     for (row, grain) in packing.iter().enumerate() {
+        let is_new = sight.residents.get(grain.cold.id.0).is_none();
+        if let (Mover::Body(plate), true) = (grain.cold.mover, is_new) {
+            if sight.is_near_plate(&(grain.cold.origin + bodies[usize::from(plate)].displacement)) {
+                plates.insert(plate);
+            }
+            continue;
+        }
         let place = match sight.stands(grain.cold.id.0, &grain.cold.origin) {
             Stands::Near(place) => place,
             Stands::Beside => {
@@ -77,13 +97,18 @@ pub(super) fn choose(
             }
             Stands::Away => continue,
         };
-        if grain.cold.mover != Mover::Free {
-            return Err(Refusal(
-                "the zone around the shear band reaches a plate, or the end of a packing that is not as high as the specimen, and grains of a zone cannot touch these yet; lower `enrichment.distance`, move the weak region away from the plates, or raise `packing.height`".into(),
-            ));
-        }
         candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.hot.mass, place });
     }
+    if !plates.is_empty() && !matches!(lies, Lies::Whole) {
+        return Err(Refusal(
+            "the zone around the shear band reaches the end of a packing that is not as high as the specimen; lower `enrichment.distance`, or raise `packing.height`".into(),
+        ));
+    }
+    let comes = |grain: &&Grain| {
+        matches!(grain.cold.mover, Mover::Body(plate) if plates.contains(&plate))
+            && sight.residents.get(grain.cold.id.0).is_none()
+    };
+    let glued = packing.iter().filter(comes).cloned().collect();
     let selection = select(zone, &candidates, core, rim_mass, settings.weight);
     let mut rim: Vec<u64> = Vec::new();
     let mut grains = Vec::with_capacity(selection.chosen.len());
@@ -107,15 +132,19 @@ pub(super) fn choose(
             "the packing has no grains for the zone around the shear band; its height or width differ from the specimen's".into(),
         ));
     }
-    Ok(Chosen { grains, beside, rim, point_weight: selection.point_weight })
+    Ok(Chosen { grains, beside, glued, rim, point_weight: selection.point_weight })
 }
 
-/// Ids, rising, of the grains within two cells of where the material ends.
+/// Ids, rising, of the grains within two cells of where the material ends. At a plate whose grains stand it does not.
 pub(super) fn border(grid: &CellGrid, points: &[PlanarPoint], residents: &Residents, chosen: &Chosen) -> Vec<u64> {
     let mut filled = vec![false; grid.counts[0] * grid.counts[1]];
     let cell_of = |origin: &Vector| grid.at(origin[0], origin[1]);
     let began = points.iter().map(|point| &point.cold.origin).chain(residents.iter().map(|resident| &resident.origin));
     began.filter_map(cell_of).for_each(|cell| filled[cell] = true);
+    // As far as the next two cells beyond the plate's face.
+    for cell in chosen.glued.iter().filter_map(|grain| cell_of(&grain.cold.origin)).collect::<BTreeSet<usize>>() {
+        grid.around(cell).for_each(|(around, _)| filled[around] = true);
+    }
     let is_inner = |cell: usize| filled[cell] && grid.beside(cell).filter(|beside| filled[*beside]).count() == 4;
     let inner: Vec<bool> = (0..filled.len()).map(is_inner).collect();
     let is_deep = |cell: usize| inner[cell] && grid.beside(cell).all(|beside| inner[beside]);

@@ -34,7 +34,7 @@ pub use patches::look_for_rest;
 use account::Account;
 use choose::{Sight, Stands, border, choose};
 use motion::Motion;
-use residents::Residents;
+use residents::{Resident, Residents};
 use training::{Confinement, Trained, train};
 
 type Vector = <Plane as Space>::Vector;
@@ -120,13 +120,14 @@ impl Plan {
             )));
         }
         let motion = Motion::of(world, &points, instants, settings.training);
-        let residents = Residents::of(world)?;
+        let mut residents = Residents::of(world)?;
         let [raised, ..] = raised(world, &zone)?;
         let sight = Sight::of(settings, &zone, &motion, &residents);
         let is_wanted = |id: GrainId, origin: &Vector| !matches!(sight.stands(id.0, origin), Stands::Away);
         let Reference { grains: packing, seats } =
             Reference::read(world, packing_file, (lies, zone.middle()), is_wanted)?;
-        let chosen = match choose(settings, &zone, &sight, &packing, [core - raised, rim]) {
+        let of_packing = (&packing[..], lies, &world.bodies[..]);
+        let mut chosen = match choose(settings, &zone, &sight, of_packing, [core - raised, rim]) {
             Ok(chosen) => chosen,
             Err(refusal) => return Ok(Err(refusal)),
         };
@@ -138,15 +139,26 @@ impl Plan {
             grains_rim: chosen.rim.len() as u64,
             ..Enriched::default()
         };
+        // Where they are to stand is known before training.
+        let stand = |grain: &Grain| match grain.cold.mover {
+            Mover::Body(plate) => {
+                Some(Resident::glued(grain.cold.id.0, grain.cold.origin, &world.bodies[usize::from(plate)]))
+            }
+            Mover::Free | Mover::Script => None,
+        };
+        residents.extend(chosen.glued.iter().filter_map(stand));
         let border = border(&zone.grid, &points, &residents, &chosen);
         let held = Confinement { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
         let mut all = chosen.grains;
         all.extend(chosen.beside);
+        all.extend(chosen.glued.iter().cloned());
         let mut trained = match train(world, (settings, depth), &motion, all, &held, &mut enriched) {
             Ok(trained) => trained,
             Err(Error::Run(why)) => return Ok(Err(Refusal(format!("training came to nothing: {why}")))),
             Err(other) => return Err(other),
         };
+        chosen.glued.sort_unstable_by_key(|grain| grain.cold.id);
+        trained.seat(&chosen.glued);
         for grain in &mut trained.grains {
             grain.cold.mover = Mover::Free;
             grain.cold.script = Vector::zero();
@@ -160,7 +172,7 @@ impl Plan {
 
     /// Puts the grains in. Collective.
     pub fn carry_out(self, world: &mut PlanarWorld) -> Result<Enriched, Error> {
-        let Self { zone, point_weight, trained: Trained { mut grains, touched }, mut enriched } = self;
+        let Self { zone, point_weight, trained: Trained { mut grains, touched, glued }, mut enriched } = self;
         let account = Account::open(world)?;
         world.look_at_costs();
         let mut lost = ExactSum::<4>::new();
@@ -185,6 +197,7 @@ impl Plan {
         let [_, raised_x, raised_y] = raised(world, &zone)?;
         correct_momentum(world, &mut grains, [lost_x - raised_x, lost_y - raised_y])?;
         enriched.points_removed = removed as u64;
+        grains.extend(glued);
         grains.extend(stayed(world, &zone, touched)?);
         // Until now nobody asked how far bodies had come.
         world.be_home();

@@ -1,4 +1,4 @@
-//! Grains that stand in a zone before it grows.
+//! Grains that stand before a zone begins or grows: those of the zone, and those that are glued to plates, whose place follows from these.
 
 use scree_partition::{ParcelError, Reader, Writer};
 
@@ -7,6 +7,7 @@ use super::motion::displacement;
 use crate::base::error::Error;
 use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Plane};
+use crate::bodies::body::Body;
 use crate::dem::grains::{Cold, Hot, Mover};
 use crate::domain::transfer;
 use crate::prepare::sheared::PlanarWorld;
@@ -19,6 +20,17 @@ pub(super) struct Resident {
     pub origin: Vector,
     /// Way from there, across periods, m.
     pub displacement: Vector,
+    /// Of the packing's places that whose way it went, m: its own, or that of a plate's face below or above it.
+    pub led_from: Vector,
+}
+
+impl Resident {
+    /// A grain that has gone all of the way of the plate that it is glued to.
+    pub fn glued(id: u64, origin: Vector, plate: &Body<Plane>) -> Self {
+        let mut led_from = origin;
+        led_from[1] = plate.face() - plate.displacement[1];
+        Self { id, origin, displacement: plate.displacement, led_from }
+    }
 }
 
 impl Record for Resident {
@@ -26,12 +38,14 @@ impl Record for Resident {
         visitor.u64("id", &mut self.id);
         visitor.f64s("origin", self.origin.as_mut_slice());
         visitor.f64s("displacement", self.displacement.as_mut_slice());
+        visitor.f64s("led_from", self.led_from.as_mut_slice());
     }
 }
 
 impl Cargo for Resident {
     fn blank() -> Self {
-        Self { id: 0, origin: Vector::zero(), displacement: Vector::zero() }
+        let [origin, displacement, led_from] = [Vector::zero(); 3];
+        Self { id: 0, origin, displacement, led_from }
     }
     fn pack_rest(&mut self, _: &mut Writer) {}
     fn unpack_rest(&mut self, _: &mut Reader) -> Result<(), ParcelError> {
@@ -46,15 +60,24 @@ impl Residents {
     /// Collective.
     pub fn of(world: &PlanarWorld) -> Result<Self, Error> {
         let rows = world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold);
-        let free = rows.filter(|(_, cold)| cold.mover == Mover::Free);
-        let resident = |(hot, cold): (&Hot<Plane>, &Cold<Plane>)| Resident {
-            id: cold.id.0,
-            origin: cold.origin,
-            displacement: displacement(&hot.position, (&cold.origin, cold.image), &world.assembly.cell),
+        let resident = |(hot, cold): (&Hot<Plane>, &Cold<Plane>)| match cold.mover {
+            Mover::Body(plate) => Resident::glued(cold.id.0, cold.origin, &world.bodies[usize::from(plate)]),
+            Mover::Free | Mover::Script => Resident {
+                id: cold.id.0,
+                origin: cold.origin,
+                displacement: displacement(&hot.position, (&cold.origin, cold.image), &world.assembly.cell),
+                led_from: cold.origin,
+            },
         };
-        let mut all = transfer::gather_everywhere(world.transport, free.map(resident).collect())?;
-        all.sort_unstable_by_key(|resident: &Resident| resident.id);
-        Ok(Self(all))
+        let all = transfer::gather_everywhere(world.transport, rows.map(resident).collect())?;
+        let mut residents = Self(Vec::new());
+        residents.extend(all);
+        Ok(residents)
+    }
+
+    pub fn extend(&mut self, more: impl IntoIterator<Item = Resident>) {
+        self.0.extend(more);
+        self.0.sort_unstable_by_key(|resident| resident.id);
     }
 
     pub fn get(&self, id: u64) -> Option<&Resident> {

@@ -21,6 +21,22 @@ pub(super) struct Trained {
     pub grains: Vec<Grain>,
     /// Residents that touch them, with the memories of these contacts alone.
     pub touched: Vec<Grain>,
+    /// Grains of plates that come with them, with the same.
+    pub glued: Vec<Grain>,
+}
+
+impl Trained {
+    /// Of the residents those that come with the zone, `glued` in the order of their ids, are handed to their plates again.
+    pub fn seat(&mut self, glued: &[Grain]) {
+        let mover = |id| glued.binary_search_by_key(&id, |grain| grain.cold.id).ok().map(|at| glued[at].cold.mover);
+        self.glued = self.touched.extract_if(.., |row| mover(row.cold.id).is_some()).collect();
+        for row in &mut self.glued {
+            row.cold.script = Vector::zero();
+            row.hot.velocity = Vector::zero();
+            row.hand_to(mover(row.cold.id).expect("it was found"));
+        }
+        self.touched.retain(|row| !row.contacts.is_empty());
+    }
 }
 
 /// A world of the chosen grains alone, its rim moved along the continuum's path, everything inside free. Where the material ends nothing
@@ -80,9 +96,11 @@ pub(super) fn train(
         let along: Lead = Box::new(move |cold| {
             let to = match held.residents.get(cold.id.0) {
                 Some(resident) if leg + 2 == motion.times.len() => resident.displacement,
-                _ => motion.displacement(leg + 1, &cold.origin),
+                Some(resident) => motion.displacement(leg + 1, &resident.led_from),
+                None => motion.displacement(leg + 1, &cold.origin),
             };
-            (to - motion.displacement(leg, &cold.origin)) * (1.0 / (steps * dt))
+            let led_from = held.residents.get(cold.id.0).map_or(cold.origin, |resident| resident.led_from);
+            (to - motion.displacement(leg, &led_from)) * (1.0 / (steps * dt))
         });
         follow(&mut apart, held, [&before, &along]);
         before = along;
@@ -111,8 +129,7 @@ pub(super) fn train(
     touched
         .iter_mut()
         .for_each(|row| row.contacts.retain(|(partner, _)| !is_body(*partner) && !is_resident(partner.0)));
-    touched.retain(|row| !row.contacts.is_empty());
-    Ok(Trained { grains, touched })
+    Ok(Trained { grains, touched, glued: Vec::new() })
 }
 
 /// Bodies that grains touch, by their numbers.

@@ -2,6 +2,7 @@
 
 use super::Slots;
 use super::page::{figures, megapascals};
+use crate::couple::oracle::Criterion;
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
 use crate::job::mpm::{InitialStress, Load, Mpm, Region, RegionShape, figures as of};
@@ -167,10 +168,13 @@ fn hybrid(slots: &Slots) -> Vec<String> {
             figures(forecast.speed_up)
         ));
     }
-    if let Some(watch) = job.oracle.filter(|watch| watch.oracle.recent_strain > RECENT_STRAIN_MAX) {
+    let recent_strain = job.oracle.and_then(|watch| match watch.oracle.criterion {
+        Criterion::Laplacian(by) => Some(by.recent_strain),
+        Criterion::Concentration(_) => None,
+    });
+    if let Some(recent_strain) = recent_strain.filter(|strain| *strain > RECENT_STRAIN_MAX) {
         warnings.push(format!(
-            "oracle.recent_strain = {} is more than the {RECENT_STRAIN_MAX} that the method's authors call the most; bands may never be found.",
-            watch.oracle.recent_strain
+            "oracle.recent_strain = {recent_strain} is more than the {RECENT_STRAIN_MAX} that the method's authors call the most; bands may never be found."
         ));
     }
     let distance = granular.enrichment.distance / granular.piece.matter.diameter_mean;

@@ -77,7 +77,7 @@ impl<S: Space> World<'_, S> {
         self.advance_elements();
         self.book_elements();
         match self.has_nonlocal_law() {
-            true => self.strain_by_means()?,
+            true => self.strain_by_means(Self::drift_elements)?,
             false => self.drift_elements(),
         }
         self.follow_by_grains()?;

@@ -14,6 +14,7 @@ use crate::domain::grid::{BoundaryConditions, Grid, Moment, Reactions};
 use crate::domain::phases::Phase;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
+use crate::law::material::Absent;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::gather::{Block, Taken, Taking, correct_grains};
 use crate::mpm::load::loads_in;
@@ -22,6 +23,7 @@ use crate::mpm::points::Points;
 use crate::mpm::scatter::{Scattered, scatter_grains, scatter_loads, scatter_points};
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::shape::DRIFT_MAX;
+use crate::mpm::stress::StressModel;
 use crate::mpm::tile::{Advanced, Gathered, GrainChange, GrainNode, NODE_WORDS, OwnedNode, Tier, Tiles};
 use crate::mpm::volumetric::VolumetricNode;
 
@@ -98,15 +100,9 @@ impl<S: Space> World<'_, S> {
             StressUpdate::Last => Taken::All,
             StressUpdate::ModifiedLast => Taken::Velocity,
         };
-        // What is booked of points is what they are before they take.
-        match self.books_points() {
-            true => {
-                self.advance_grid(Moment::Step, |_, _| ());
-                self.book_points();
-                self.take_from_grid(Tier::Border, taken);
-                self.take_from_grid(Tier::Inner, taken);
-            }
-            false => self.advance_grid(Moment::Step, |world, tier| world.take_from_grid(tier, taken)),
+        match self.has_nonlocal_law() {
+            true => self.strain_by_means(|world| world.advance_and_take(taken))?,
+            false => self.advance_and_take(taken),
         }
         self.take_to_membranes();
         match self.settings.grid.update {
@@ -116,6 +112,20 @@ impl<S: Space> World<'_, S> {
                 self.strain_by_points(Taken::StrainThenPlace);
                 self.follow_by_grains()
             }
+        }
+    }
+
+    /// Nodes advance, and points take from them.
+    fn advance_and_take(&mut self, taken: Taken) {
+        // What is booked of points is what they are before they take.
+        match self.books_points() {
+            true => {
+                self.advance_grid(Moment::Step, |_, _| ());
+                self.book_points();
+                self.take_from_grid(Tier::Border, taken);
+                self.take_from_grid(Tier::Inner, taken);
+            }
+            false => self.advance_grid(Moment::Step, |world, tier| world.take_from_grid(tier, taken)),
         }
     }
 
@@ -445,7 +455,7 @@ impl<S: Space> World<'_, S> {
         let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let Grid { shape, transfer, .. } = settings.grid;
         let taking = Taking { shape, transfer, taken, dt, instructions: self.assembly.contacts.instructions() };
-        let averages = self.averages_volume();
+        let (averages, waits_for_mean) = (self.averages_volume(), self.has_nonlocal_law());
         let (frames, tiers) = (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers);
         let Tiles { advanced, gathered, volumetric: of_volume, faces, .. } = &mut self.continuum.tiles;
         let moves = matches!(taken, Taken::All | Taken::Motion | Taken::StrainThenPlace);
@@ -459,6 +469,8 @@ impl<S: Space> World<'_, S> {
         let volumetric = if averages { &mut volumetric[..] } else { &mut [] };
         let nodes = (&mut gathered[..rows], if averages { &mut of_volume[..rows] } else { &mut [] });
         let held = Held { rows: (&mut hot[..], beside, volumetric), tiles: nodes, tile_len };
+        // Where strain is nonlocal the law has its turn once all points have gone on.
+        let material: &dyn StressModel<S> = if waits_for_mean { &Absent } else { &*settings.material };
         let outside = over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, tiles, .. }| {
             if tiers[block] != tier {
                 return 0.0;
@@ -466,7 +478,7 @@ impl<S: Space> World<'_, S> {
             let (frame, tile) = (&frames[block], &advanced[block * tile_len..(block + 1) * tile_len]);
             let (points, beside, volumetric) = rows;
             let taker = Block { frame, tile, points: &mut *points, beside: &mut *beside, volumetric: &mut *volumetric };
-            let outside = settings.material.gather(taking, taker);
+            let outside = material.gather(taking, taker);
             if let Some(set) = faces.filter(|faces| faces.is_near(block)).and_then(|faces| faces.set.as_ref()) {
                 points.iter_mut().for_each(|point| set.guard(bodies, dt, &mut point.position));
             }

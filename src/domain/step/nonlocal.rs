@@ -36,7 +36,8 @@ impl<S: Space> Increments<S> {
 impl<S: Space> World<'_, S> {
     /// Whether laws answer to a mean strain; RVEs see to it by themselves.
     pub(super) fn has_nonlocal_law(&self) -> bool {
-        self.has_elements() && self.settings.nonlocal.is_some() && self.settings.rves.is_none()
+        let has_law = self.has_elements() || self.has_points();
+        has_law && self.settings.nonlocal.is_some() && self.settings.rves.is_none()
     }
 
     /// The points around each of where they are now, if these are asked for. Collective.
@@ -47,11 +48,13 @@ impl<S: Space> World<'_, S> {
         }
     }
 
-    /// Nodes drift, and laws answer to the mean of what elements go through. Collective.
-    pub(super) fn strain_by_means(&mut self) -> Result<(), Error> {
+    /// What `moves` strains points by, and laws answer to the mean of that. Collective.
+    pub(super) fn strain_by_means(&mut self, moves: impl FnOnce(&mut Self)) -> Result<(), Error> {
         let before = self.overlay_before()?;
         let from: Vec<S::Tensor> = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
-        self.drift_elements();
+        moves(self);
+        // What points bring to nodes is of a stress that they do not have yet.
+        self.continuum.points.scattered = [false; 2];
         self.refuse_inside_out()?;
         self.find_neighbourhood_of_now()?;
         let increment = |(hot, from): (&Hot<S>, &S::Tensor)| {

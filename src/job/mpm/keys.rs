@@ -9,7 +9,7 @@ use crate::base::keys::{
     Table, Wants, choose, count, flag, key, number, size, text, variant, vector,
 };
 use crate::base::units::Dimension;
-use crate::couple::oracle::Oracle;
+use crate::couple::oracle::{Laplacian, Oracle};
 use crate::couple::zone::Enrichment;
 use crate::job::assembly::{Assembly, Body, Packed, Source, corners, depth, keys_of_grains, space};
 use crate::job::figures::bounds;
@@ -571,7 +571,7 @@ impl RigidBody {
 }
 
 impl Watch {
-    pub(in crate::job) const BLANK: Self = Self { diameter: f64::NAN, oracle: Oracle::OF_GRID };
+    pub(in crate::job) const BLANK: Self = Self { diameter: f64::NAN, oracle: Oracle::DEFAULT };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form, every: impl Fn(f64) -> u64) {
         let diameter = number("diameter", "D50 of those grains", LENGTH, POSITIVE, "\"1 mm\"");
@@ -581,7 +581,7 @@ impl Watch {
             &mut self.diameter,
             if known { diameter.follows("that of the grains") } else { diameter.required("in a job without grains") },
         );
-        self.oracle.keys(form, every);
+        self.oracle.keys(form, Laplacian::OF_GRID, every);
     }
 }
 

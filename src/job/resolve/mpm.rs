@@ -21,7 +21,7 @@ use crate::job::stable::governing;
 use crate::law::material::ConstitutiveLaw;
 use crate::mpm::load::LOADS_MAX;
 use crate::mpm::nonlocal::Nonlocal;
-use crate::mpm::scheme::Scheme;
+use crate::mpm::scheme::{Scheme, StressUpdate};
 use crate::mpm::shape::margins;
 
 /// Steps of the continuum between two looks of the oracle.
@@ -130,21 +130,28 @@ fn nonlocal(typed: &Typed, job: &Mpm) -> Option<Nonlocal> {
     if !table.is_typed() {
         return None;
     }
-    if job.rves().is_none() && job.mesh.is_none() {
-        table.add(table.refusal_of_table(
-            "averages the strain that RVEs or elements answer to, and this job has neither. Remove it, or write method = \"mpm_dem\", or [mesh] in place of [grid].",
-        ));
-        return None;
-    }
     let mut nonlocal = Nonlocal::BLANK;
     nonlocal.keys(&mut table);
-    if job.rves().is_none() && nonlocal.lag > 0 {
+    check_nonlocal(&table, &nonlocal, job);
+    Some(nonlocal)
+}
+
+/// What laws cannot do that RVEs can.
+pub(super) fn check_nonlocal(table: &Reader<'_>, nonlocal: &Nonlocal, job: &Mpm) {
+    if job.rves().is_some() {
+        return;
+    }
+    if nonlocal.lag > 0 {
         table.add(table.refusal(
             "lag",
             "is refused: it is of RVEs, which keep the increment of the step before, and laws do not. Write lag = 0, or leave it out.",
         ));
     }
-    Some(nonlocal)
+    if job.mesh.is_none() && job.scheme.update != StressUpdate::Last {
+        table.add(table.refusal_of_table(
+            "averages the strain of points with a law once they have moved, and scheme.update has it before that. Write update = \"last\" there, or remove the table.",
+        ));
+    }
 }
 
 /// A material that is grains is that of one method, and of no other.

@@ -4,18 +4,20 @@ use super::checks::margin_in_words;
 use super::granular::check_method;
 use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
 use super::material::File;
-use super::mpm::scheme;
+use super::mpm::{check_nonlocal, scheme};
 use super::mpm_checks::check_time;
 use super::{
     BLOCK_OF_DISCS, SKIN_DEFAULT, check_name, digits, output, refuse_unstable, refuse_wide_sizes, significant,
 };
 use crate::base::error::Error;
 use crate::base::keys::Form;
+use crate::couple::oracle::Laplacian;
 use crate::couple::zone::Enrichment;
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::step_default;
 use crate::job::{Method, Scenario, Specimen, WeakRegion, derived, figures, stable};
 use crate::law::material::{ConstitutiveLaw, CriticalConstants, Objection};
+use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::shape::margins;
 
 /// phi_0 where nothing looks at it, in mean diameters.
@@ -92,10 +94,13 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     }
     // Steps in which a band one cell thick shears by 1 at full speed.
     let steps_per_strain = job.continuum.cell / (job.loading.speed * job.time.step);
-    job.oracle.every = steps_between_looks(job.oracle.window, steps_per_strain);
-    job.oracle.keys(&mut typed.table("oracle", method == Method::Hybrid, &why), |window| {
-        steps_between_looks(window, steps_per_strain)
-    });
+    job.oracle.every = steps_between_looks(job.oracle.window(), steps_per_strain);
+    let mut oracle = typed.table("oracle", method == Method::Hybrid, &why);
+    job.oracle.keys(&mut oracle, Laplacian::OF_SHEAR, |window| steps_between_looks(window, steps_per_strain));
+    let mut nonlocal = typed.table_if_typed("nonlocal");
+    if nonlocal.is_typed() {
+        job.nonlocal.insert(Nonlocal::BLANK).keys(&mut nonlocal);
+    }
     job.coupling.keys(&mut typed.table("coupling", false, &why));
     job.enrichment.distance = DISTANCE_ASLEEP * diameter;
     job.enrichment.keys(&mut typed.table("enrichment", method == Method::Hybrid, &why));
@@ -226,6 +231,9 @@ fn check_together(scenario: &Scenario, typed: &Typed) {
         typed.check(check_life_in_shear(scenario, typed));
     }
     let on_grid = scenario.on_grid();
+    if let Some(nonlocal) = &scenario.nonlocal {
+        check_nonlocal(&typed.table_if_typed("nonlocal"), nonlocal, &on_grid);
+    }
     if let (true, Some(grains)) = (scenario.method.has_grains(), &on_grid.grains) {
         check_method(&on_grid, grains, typed);
     }

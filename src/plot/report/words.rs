@@ -179,7 +179,7 @@ fn at_the_end(run: &Run) -> Result<String, Error> {
 }
 
 /// The scenario's main figures: path, name, factor from SI, unit.
-const SCENARIO: [(&str, &str, f64, &str); 35] = [
+const SCENARIO: [(&str, &str, f64, &str); 37] = [
     ("specimen.width", "Width (period)", 1e3, "mm"),
     ("specimen.height", "Height aimed at", 1e3, "mm"),
     ("specimen.depth", "Out-of-plane depth", 1e3, "mm"),
@@ -208,6 +208,8 @@ const SCENARIO: [(&str, &str, f64, &str); 35] = [
     ("loading.stress_normal", "Normal stress", 1e-3, "kPa"),
     ("loading.speed", "Speed of the upper plate", 1e2, "cm/s"),
     ("loading.strain_end", "Horizontal strain at the end", 1e2, "%"),
+    ("oracle.participation", "Oracle, participation P", 1.0, ""),
+    ("oracle.contrast", "Oracle, contrast \u{3be}", 1.0, ""),
     ("oracle.laplacian", "Oracle, c\u{2080}", 1.0, ""),
     ("oracle.recent_strain", "Oracle, c\u{2081}", 1.0, ""),
     ("enrichment.distance", "Enrichment distance \u{3c6}\u{2080}", 1e3, "mm"),
