@@ -95,6 +95,8 @@ impl Concentration {
 }
 
 impl Laplacian {
+    /// Keys that no other criterion has.
+    const KEYS: [&str; 4] = ["laplacian", "recent_strain", "persistence", "tolerance"];
     /// Table 4 of Chen et al. (2021): planar shear.
     pub const OF_SHEAR: Self =
         Self { laplacian: 1e-6, recent_strain: 1e-4, window: 8e-4, persistence: 1.2e-3, tolerance: 0.0 };
@@ -131,7 +133,12 @@ impl Oracle {
             ("concentration", Criterion::Concentration(Concentration::DEFAULT)),
             ("laplacian", Criterion::Laplacian(chen)),
         ];
-        let key = text("criterion", "what a band is told by", "\"concentration\"").or("concentration");
+        // Jobs of old have the Laplacian's keys and do not name it.
+        if !form.has("criterion") && Laplacian::KEYS.iter().any(|key| form.has(key)) {
+            self.criterion = Criterion::Laplacian(chen);
+        }
+        let key = text("criterion", "what a band is told by", "\"concentration\"");
+        let key = key.follows("concentration, and laplacian where one of the keys of that one alone is there");
         variant(form, &mut self.criterion, "criterion", key, &kinds, |criterion, form| match criterion {
             Criterion::Concentration(by) => by.keys(form),
             Criterion::Laplacian(by) => by.keys(form),

@@ -139,6 +139,9 @@ mod tests {
 
     use super::*;
 
+    /// A row of weak cells.
+    const WEAK: &str = "continuum.weak=[{lower=[0.0, 0.0525], upper=[0.06, 0.06], fraction_deficit=0.01}]";
+
     fn path(job: &str) -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs").join(job)
     }
@@ -149,16 +152,16 @@ mod tests {
 
     #[test]
     fn a_wider_job_has_as_many_times_the_rows() {
-        let Job::Shear(wide) = load("planar_shear.toml", &overrides(&load("planar_shear.toml", &[]), 3).unwrap())
-        else {
-            unreachable!()
-        };
+        let weak = [WEAK.to_string()];
+        let wider: Vec<String> =
+            weak.iter().cloned().chain(overrides(&load("planar_shear.toml", &weak), 3).unwrap()).collect();
+        let Job::Shear(wide) = load("planar_shear.toml", &wider) else { unreachable!() };
         let Job::Shear(plain) = load("planar_shear.toml", &[]) else { unreachable!() };
         assert!((wide.specimen.width - 0.18).abs() < 1e-12 && (wide.continuum.weak[0].upper[0] - 0.18).abs() < 1e-12);
         let steps = crate::job::derived::steps;
         assert!(steps(&wide).abs_diff(steps(&plain)) <= 1, "{} {}", steps(&wide), steps(&plain));
         // As the default of a plate of that width, and thrice what the job says itself.
-        let only = load("planar_shear.toml", &["specimen.width=0.18".into(), "continuum.weak=[]".into()]);
+        let only = load("planar_shear.toml", &["specimen.width=0.18".into()]);
         let Job::Shear(only) = only else { unreachable!() };
         assert!((wide.loading.plate_mass / only.loading.plate_mass - 1.0).abs() < 1e-12);
         assert!((wide.loading.plate_damping / (3.0 * only.loading.plate_damping) - 1.0).abs() < 1e-12);
@@ -204,7 +207,7 @@ mod tests {
             (
                 "continuum.weak 0 (counted from 0) does not span",
                 "planar_shear.toml",
-                &["continuum.weak.0.lower=[0.01, 0.0525]"],
+                &[WEAK, "continuum.weak.0.lower=[0.01, 0.0525]"],
             ),
         ] {
             let error = refused(job, sets);

@@ -7,8 +7,7 @@
 //! Phi(x) = sum over grains i of A_i W(x - x_i) W(y - y_i) / integral of W(x - x') W(y - y') over what the packing fills
 //! ```
 //!
-//! A_i is the area of a disc, which counts where its centre is. Layers that are glued to plates belong to what the packing fills, so that it ends a few grains
-//! beyond the faces.
+//! A_i is the area of a disc, spread over its height in slices: beside a plate grains lie in layers, and a cut that counted centres would tell where the cut lies between two of them.
 
 use std::ops::Range;
 
@@ -21,8 +20,19 @@ pub struct Packed<'a> {
     pub grains: &'a [GrainRow<Plane>],
     /// m.
     pub width: f64,
-    /// What grains fill in y, m: centres beyond are left out.
+    /// What is looked at in y, m: of discs that reach beyond the part inside counts.
     pub fills: Range<f64>,
+}
+
+/// Slices of a disc.
+const SLICES: usize = 8;
+
+/// Middles of the slices of a disc of radius one, and their shares of its area.
+fn slices() -> [[f64; 2]; SLICES] {
+    let middle = |slice: usize| (2 * slice + 1) as f64 / SLICES as f64 - 1.0;
+    let chord = |slice: usize| (1.0 - middle(slice) * middle(slice)).sqrt();
+    let whole: f64 = (0..SLICES).map(chord).sum();
+    std::array::from_fn(|slice| [middle(slice), chord(slice) / whole])
 }
 
 impl Packed<'_> {
@@ -38,14 +48,21 @@ impl Packed<'_> {
         };
         let kernel = |away: f64| (1.0 - away.abs() / length).max(0.0) / length;
         let mut fractions = vec![0.0; counts[0] * counts[1]];
-        for grain in self.grains.iter().filter(|grain| self.fills.contains(&grain.hot.position[1])) {
-            let [x, y] = [grain.hot.position[0], grain.hot.position[1]];
-            let area = PI * grain.hot.radius * grain.hot.radius;
-            for row in near(1, y).filter(|row| (0..counts[1] as i64).contains(row)) {
-                let of_row = area * kernel(centre(1, row) - y);
-                for column in near(0, x) {
-                    let at = column.rem_euclid(counts[0] as i64) as usize;
-                    fractions[row as usize * counts[0] + at] += of_row * kernel(centre(0, column) - x);
+        let slices = slices();
+        for grain in self.grains {
+            let ([x, y], radius) = ([grain.hot.position[0], grain.hot.position[1]], grain.hot.radius);
+            let area = PI * radius * radius;
+            for [middle, share] in slices {
+                let y = y + middle * radius;
+                if !self.fills.contains(&y) {
+                    continue;
+                }
+                for row in near(1, y).filter(|row| (0..counts[1] as i64).contains(row)) {
+                    let of_row = share * area * kernel(centre(1, row) - y);
+                    for column in near(0, x) {
+                        let at = column.rem_euclid(counts[0] as i64) as usize;
+                        fractions[row as usize * counts[0] + at] += of_row * kernel(centre(0, column) - x);
+                    }
                 }
             }
         }
@@ -97,7 +114,7 @@ mod tests {
         let mut grains = lattice(0.01, [1.0, 1.0]);
         let is_in_hole = |grain: &GrainRow<Plane>| {
             let (x, y) = (grain.hot.position[0], grain.hot.position[1]);
-            (x < 0.05 || x > 0.95) && (0.45..0.55).contains(&y)
+            !(0.05..=0.95).contains(&x) && (0.45..0.55).contains(&y)
         };
         grains.retain(|grain| !is_in_hole(grain));
         let packed = Packed { grains: &grains, width: 1.0, fills: 0.0..1.0 };

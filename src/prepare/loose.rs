@@ -47,7 +47,7 @@ pub fn mass_of(scenario: &Scenario, radius: f64) -> f64 {
 }
 
 /// Depth of the layer glued to each plate once the packing is made, m.
-pub fn glued_depth(scenario: &Scenario) -> f64 {
+fn glued_depth(scenario: &Scenario) -> f64 {
     GLUED_LAYER * scenario.grains.diameter_mean
 }
 

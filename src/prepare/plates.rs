@@ -14,7 +14,6 @@ use crate::mpm::points::Point;
 use crate::mpm::stress::material_of;
 use crate::prepare::grain_world::servo_of;
 use crate::prepare::heterogeneity::Packed;
-use crate::prepare::loose;
 use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 
 type Vector = <Plane as Space>::Vector;
@@ -130,12 +129,8 @@ fn fractions(
         return Ok(vec![start.fraction; counts[0] * counts[1]]);
     }
     let found = sheared::on_root(transport, || {
-        let glued = loose::glued_depth(scenario);
-        let packed = Packed {
-            grains: &start.packing.grains,
-            width: scenario.specimen.width,
-            fills: -glued..start.height + glued,
-        };
+        let width = scenario.specimen.width;
+        let packed = Packed { grains: &start.packing.grains, width, fills: 0.0..start.height };
         let mut fractions = packed.fractions(counts, start.height, scenario.continuum.cell);
         let off = start.fraction - fractions.iter().sum::<f64>() / fractions.len() as f64;
         fractions.iter_mut().for_each(|fraction| *fraction += off);

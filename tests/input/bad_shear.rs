@@ -49,7 +49,6 @@ speed_ramp = "1 ms"
 strain_end = 0.12
 
 [oracle]
-criterion = "laplacian"
 laplacian = 1e-6
 recent_strain = 1e-4
 window = 8e-4

@@ -4,6 +4,8 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use scree::base::space::Plane;
+use scree::couple::oracle::{Criterion, Memory};
+use scree::dem::grains::Mover;
 use scree::job::{Job, Scenario};
 use scree::law::material::ConstitutiveLaw;
 use scree::run::start;
@@ -118,25 +120,60 @@ fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
     assert!(last("work_nodes") != 0.0 && last("ledger_residual").abs() < 1e-3, "{series}");
 }
 
+/// A continuum as uneven as its packing, whose strain is nonlocal and whose shear is watched for how it concentrates; the zone holds grains of the upper plate.
+#[test]
+fn a_zone_at_a_plate_in_a_nonlocal_continuum_ends_in_the_same_bits() {
+    let at_plate = [
+        "continuum.weak.0.lower=[0.0, 0.027]",
+        "continuum.weak.0.upper=[0.012, 0.033]",
+        "continuum.heterogeneity=packing",
+        "nonlocal.radius=4 mm",
+        "time.grain_steps=7",
+    ];
+    let text = mobilised(&[&at_plate[..], &QUICK[..]].concat()).to_toml();
+    let (head, rest) = text.split_once("\n[oracle]\n").unwrap();
+    let (_, tail) = rest.split_once("\n[").unwrap();
+    let oracle = "criterion = \"concentration\"\nparticipation = 0.9\ncontrast = 1.2\nsharpening = 0.95\nreach = 6\nevery = 20\n";
+    let text = format!("{head}\n[oracle]\n{oracle}\n[{tail}");
+    let scenario = Scenario::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    assert!(matches!(scenario.oracle.criterion, Criterion::Concentration(_)));
+    let folder = tempfile::tempdir().unwrap();
+    scenario_through_enrichment(&scenario, folder.path());
+    let (_, snapshot): (_, Snapshot<Plane>) = checkpoint::latest(&folder.path().join("1"), 1).unwrap();
+    let of = |body: u8| snapshot.grains.iter().filter(|grain| grain.cold.mover == Mover::Body(body)).count();
+    assert!(of(0) == 0 && of(1) > 30, "{} and {} grains of plates", of(0), of(1));
+    let way = snapshot.bodies[1].displacement;
+    for grain in snapshot.grains.iter().filter(|grain| grain.cold.mover == Mover::Body(1)) {
+        let off = grain.hot.position[1] - grain.cold.origin[1] - way[1];
+        assert!(off.abs() < 1e-12, "a grain of the plate is off it by {off} m");
+    }
+    assert_ne!(snapshot.progress.oracle.seen, Memory::default().seen);
+}
+
+/// A short run through enrichment.
+const QUICK: [&str; 6] = [
+    "loading.speed=20 cm/s",
+    "loading.speed_ramp=0.5 ms",
+    "loading.strain_end=0.035",
+    "enrichment.training_speed=4",
+    "output.checkpoint_interval=0.5 ms",
+    "output.checkpoints_kept=9",
+];
+
 /// Through detection, training and enrichment, and from checkpoints on either side of it.
 fn through_enrichment(changes: &[&str]) -> String {
-    let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    let sets = [
-        "loading.speed=20 cm/s",
-        "loading.speed_ramp=0.5 ms",
-        "loading.strain_end=0.035",
-        "enrichment.training_speed=4",
-        "output.checkpoint_interval=0.5 ms",
-        "output.checkpoints_kept=9",
-    ];
-    let scenario = packed_job(&[changes, &sets].concat());
-    let series = same_on_any_ranks(&scenario, folder.path());
+    scenario_through_enrichment(&packed_job(&[changes, &QUICK].concat()), folder.path())
+}
+
+fn scenario_through_enrichment(scenario: &Scenario, folder: &Path) -> String {
+    let _turn = turn();
+    let series = same_on_any_ranks(scenario, folder);
     let populations = populations(&series);
     let (first, last) = (populations[0], populations[populations.len() - 1]);
     assert!(first[0] == 0 && last[0] > 100 && last[1] < first[1], "no enrichment: {first:?} to {last:?}");
 
-    let whole = folder.path().join("1");
+    let whole = folder.join("1");
     let wanted = result(&whole);
     let mut kept: Vec<_> = std::fs::read_dir(checkpoint::folder(&whole))
         .unwrap()
@@ -145,7 +182,7 @@ fn through_enrichment(changes: &[&str]) -> String {
     kept.sort();
     // Before enrichment, and after it.
     for (from, ranks) in [(1, 2), (kept.len() - 2, 3)] {
-        let out = folder.path().join(format!("from-{from}"));
+        let out = folder.join(format!("from-{from}"));
         copy_folder(&whole, &out);
         for later in &kept[from + 1..] {
             std::fs::remove_file(checkpoint::folder(&out).join(later)).unwrap();
@@ -153,7 +190,7 @@ fn through_enrichment(changes: &[&str]) -> String {
         let (_, snapshot): (_, Snapshot<Plane>) = checkpoint::latest(&out, 1).unwrap();
         assert_eq!(snapshot.progress.enriched_step > 0, from != 1, "{} of {kept:?}", kept[from]);
         threads::run(ranks, |rank| start::resume(&out, Default::default(), &options(&out), &rank).unwrap());
-        assert!(result(&out) == wanted, "{changes:?}, resumed from {} on {ranks} ranks: another end", kept[from]);
+        assert!(result(&out) == wanted, "resumed from {} on {ranks} ranks: another end", kept[from]);
     }
     series
 }

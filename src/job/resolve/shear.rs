@@ -243,6 +243,7 @@ fn check_together(scenario: &Scenario, typed: &Typed) {
     }
     if scenario.method.has_points() {
         typed.check(check_law(scenario, typed));
+        typed.check(check_heterogeneity(scenario, typed));
         typed.check(check_reach(scenario, typed));
         typed.check(check_time(&on_grid, typed));
     }
@@ -287,6 +288,26 @@ fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
         Some(_) => Ok(()),
         None => refuse_faint_packing(typed, ("packing", "stress"), time, scenario.time.step),
     }
+}
+
+/// Heterogeneity is that of the packing that lies in the whole specimen.
+fn check_heterogeneity(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let Scenario { method, continuum, material, packing, .. } = scenario;
+    if !continuum.is_heterogeneous || !method.has_points() {
+        return Ok(());
+    }
+    let refused = |problem: &str| Err(typed.refusal("continuum", "heterogeneity", problem));
+    if packing.height.is_some() {
+        return refused(
+            "is that of the whole specimen, and packing.height makes grains for a zone alone. Write \"none\", or remove packing.height.",
+        );
+    }
+    if *method == Method::Mpm && material.law.fraction().is_some() {
+        return refused(
+            "is that of a packing, and none is made for points whose material.fraction is given. Write \"none\", or remove material.fraction.",
+        );
+    }
+    Ok(())
 }
 
 /// The law must be able to start from the solid volume fractions of the specimen.
