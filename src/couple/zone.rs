@@ -190,6 +190,17 @@ impl CellGrid {
         sets
     }
 
+    /// All nodes of the rows that these nodes, rising, are in and whose heights `is_wanted`, m, and the nodes themselves; rising.
+    pub fn with_rows(&self, nodes: &[u64], is_wanted: impl Fn(f64) -> bool) -> Vec<u64> {
+        let columns = self.counts[0] as u64;
+        let mut all: BTreeSet<u64> = nodes.iter().copied().collect();
+        for node in nodes.iter().filter(|node| is_wanted(self.place_of(**node)[1])) {
+            let first = node / columns * columns;
+            all.extend(first..first + columns);
+        }
+        all.into_iter().collect()
+    }
+
     /// Whether a node has one of these cells beside it.
     pub fn touches(&self, node: u64, cells: &[bool]) -> bool {
         let (column, row) = ((node % self.counts[0] as u64) as i64, (node / self.counts[0] as u64) as i64);
@@ -265,6 +276,40 @@ impl Zone {
         }
     }
 
+    /// Where the zone comes to the end of the material at a height, m, all of the row of cells there is grains, and so is what lies between it and the core: a rim
+    /// would share with points what holds them. `up` is towards that end. Whether it comes there.
+    pub fn close_at(&mut self, end: f64, up: bool) -> bool {
+        let CellGrid { counts: [columns, rows], cell, lower, .. } = self.grid;
+        let row_of = |height: f64| (height - lower[1]) / cell;
+        // Points have their places up to half of their distance from the end, in whichever row of cells that is.
+        let (outer, inner) = (row_of(end), row_of(if up { end - 0.5 * cell } else { end + 0.5 * cell }));
+        if ![outer, inner].iter().all(|row| (0.0..rows as f64).contains(row)) {
+            return false;
+        }
+        let (outer, inner) = (outer as usize, inner as usize);
+        let cells = |row: usize| row * columns..(row + 1) * columns;
+        let is_all = |labels: &[Label], wanted: Label| labels.iter().all(|label| *label == wanted);
+        let at_end = outer.min(inner)..outer.max(inner) + 1;
+        if at_end.clone().all(|row| is_all(&self.labels[cells(row)], Label::Continuum)) {
+            return false;
+        }
+        at_end.for_each(|row| self.labels[cells(row)].fill(Label::Grains));
+        // The rim between there and the core.
+        let inwards: Vec<usize> = if up { (0..inner).rev().collect() } else { (inner + 1..rows).collect() };
+        let is_between = |row: &usize| {
+            let labels = &self.labels[cells(*row)];
+            !is_all(labels, Label::Grains) && !is_all(labels, Label::Continuum)
+        };
+        let between: Vec<usize> = inwards.into_iter().take_while(is_between).collect();
+        // A zone that comes there with its rim alone has no core on the other side of it.
+        let core = between.last().map(|row| if up { row.wrapping_sub(1) } else { row + 1 });
+        let has_core = core.is_none_or(|row| row < rows && is_all(&self.labels[cells(row)], Label::Grains));
+        if has_core {
+            between.into_iter().for_each(|row| self.labels[cells(row)].fill(Label::Grains));
+        }
+        true
+    }
+
     /// Mean height of the flagged nodes, m.
     pub fn middle(&self) -> f64 {
         self.flagged.iter().map(|place| place[1]).sum::<f64>() / self.flagged.len() as f64
@@ -319,6 +364,32 @@ mod tests {
         let nodes = [0, 5, 7, 16, 21, 28];
         assert_eq!(grid(false).connected(&nodes), [vec![0, 7], vec![5], vec![16, 21, 28]]);
         assert_eq!(grid(true).connected(&nodes), [vec![0, 5, 7], vec![16, 21, 28]]);
+    }
+
+    #[test]
+    fn a_zone_meets_the_end_of_material_with_grains_alone() {
+        let letters = |zone: &Zone| -> Vec<char> {
+            let letter = |label: &Label| match label {
+                Label::Continuum => '.',
+                Label::Rim => '+',
+                Label::Grains => 'o',
+            };
+            zone.labels.iter().step_by(6).map(letter).collect()
+        };
+        let settings = Enrichment::around(0.75);
+        // From the lowest row up. Its rim ends at the height of 1.5, where material may end as well.
+        let flagged = grid(true).with_rows(&[19], |height| height > 0.0);
+        assert_eq!(flagged, (18..24).collect::<Vec<u64>>());
+        let mut zone = Zone::around(&flagged, grid(true), &settings);
+        assert_eq!(letters(&zone), ['.', '+', 'o', 'o', '+']);
+        assert!(!zone.close_at(-0.9, false) && !zone.close_at(9.0, true));
+        assert!(zone.close_at(1.4, true));
+        assert_eq!(letters(&zone), ['.', '+', 'o', 'o', 'o']);
+        let mut zone = Zone::around(&flagged, grid(true), &settings);
+        assert!(zone.close_at(-0.4, false));
+        assert_eq!(letters(&zone), ['.', 'o', 'o', 'o', '+']);
+        // Part of a row is not the whole of it.
+        assert_eq!(grid(true).with_rows(&[1, 19], |height| height > 0.0), [1, 18, 19, 20, 21, 22, 23]);
     }
 
     #[test]

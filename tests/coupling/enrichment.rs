@@ -171,6 +171,9 @@ fn a_zone_at_a_plate_has_the_grains_of_the_plate() {
     for axis in [1, 2] {
         assert!((after[axis] - before[axis]).abs() < 1e-14 * before[3], "momentum {before:?} became {after:?}");
     }
+    // Nothing of the rim is at the plate.
+    let highest = world.continuum.points.rows().map(|point| point.hot.position[1]).fold(0.0, f64::max);
+    assert!(highest < world.bodies[1].face() - scenario.continuum.cell, "a point at {highest} m");
     let glued = |world: &PlanarWorld, plate| -> Vec<_> {
         let rows = world.grain_rows(0..world.assembly.grains.owned);
         rows.into_iter().filter(|row| row.cold.mover == Mover::Body(plate)).collect()

@@ -128,7 +128,6 @@ fn a_zone_at_a_plate_in_a_nonlocal_continuum_ends_in_the_same_bits() {
         "continuum.weak.0.upper=[0.012, 0.033]",
         "continuum.heterogeneity=packing",
         "nonlocal.radius=4 mm",
-        "time.grain_steps=7",
     ];
     let text = mobilised(&[&at_plate[..], &QUICK[..]].concat()).to_toml();
     let (head, rest) = text.split_once("\n[oracle]\n").unwrap();

@@ -7,6 +7,7 @@ use scree_partition::ExactSum;
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::space::{Linear, Plane, Space};
+use crate::bodies::body::{Body, Shape, Side};
 use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
@@ -100,7 +101,16 @@ impl Plan {
             // Lists that are made of them and of others begin where they are.
             world.rebuild()?;
         }
-        let mut zone = Zone::around(flagged, cell_grid(world), settings);
+        let mut zone = Zone::around(&along_plates(world, flagged, settings), cell_grid(world), settings);
+        for plate in &world.bodies {
+            let Shape::Plate { side, .. } = plate.shape else { continue };
+            // In the middle of a cycle momentum is not kept where a face meets nodes that grains share.
+            if zone.close_at(plate.face(), side == Side::Above) && world.settings.grain_steps > 1 {
+                return Ok(Err(Refusal(
+                    "the zone around the shear band reaches a plate, which it can with time.grain_steps = 1 alone; write that, or lower `enrichment.distance`".into(),
+                )));
+            }
+        }
         let near = zone.within(MARGIN);
         let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
         let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
@@ -205,6 +215,15 @@ impl Plan {
         enriched.kept = account.close(world, "enrichment")?;
         Ok(enriched)
     }
+}
+
+/// The flagged nodes, and all beside those whose zone comes to a plate: a zone meets a plate along all of it or not at all.
+fn along_plates(world: &PlanarWorld, flagged: &[u64], settings: &Enrichment) -> Vec<u64> {
+    let grid = cell_grid(world);
+    let reach = settings.distance + 1.5 * grid.cell;
+    let is_plate = |body: &&Body<Plane>| matches!(body.shape, Shape::Plate { .. });
+    let faces: Vec<f64> = world.bodies.iter().filter(is_plate).map(Body::face).collect();
+    grid.with_rows(flagged, |height| faces.iter().any(|face| (height - face).abs() <= reach))
 }
 
 /// What a point is to be: one of the rim of an older zone is left as it is, or replaced.
