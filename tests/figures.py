@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band,
-collapse, outside, rest, coupling and sheared h5py, which brings numpy.
+collapse, outside, rest, planar, coupling and sheared h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
     tests/figures.py held DIR...        how closely sigma_xx is held from 0.05 % of strain on, and the void ratio from 10 to 15 %
@@ -14,6 +14,7 @@ collapse, outside, rest, coupling and sheared h5py, which brings numpy.
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
     tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
+    tests/figures.py planar DEM=DIR...  shear stress of a hybrid in planar shear off that of the same packing's grains alone
     tests/figures.py coupling DIR...    normal stress of layers of cells in planar shear by a hybrid, and the stretch of its penalty springs
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
@@ -520,6 +521,30 @@ def sheared(folder):
         )
 
 
+def planar(pair, strains=(0.01, 0.1)):
+    """Of a hybrid in planar shear against grains alone: moving averages of the shear stress over half a percent of strain, how far they are off in the mean and in
+    root mean square between strains, and the peak of each."""
+    import numpy
+
+    grains, hybrid = pair.split("=")
+
+    def averages(folder, at):
+        rows = series(folder)
+        strain, stress = (numpy.array([row[name] for row in rows]) for name in ("strain", "shear_stress"))
+        return numpy.array([stress[abs(strain - middle) < 0.0025].mean() for middle in at])
+
+    end = min(series(folder)[-1]["strain"] for folder in (grains, hybrid)) - 0.003
+    at = numpy.arange(0.004, end, 0.001)
+    wanted, found = averages(grains, at), averages(hybrid, at)
+    inside = (at > strains[0]) & (at < strains[1])
+    mean = wanted[inside].mean()
+    peaks = ", ".join(f"{1e-3 * stress.max():.0f} kPa at {100 * at[stress.argmax()]:.1f} %" for stress in (wanted, found))
+    print(
+        f"{hybrid}: {100 * (found[inside].mean() / mean - 1):+.1f} % off {grains} in the mean of strains from {100 * strains[0]:g} to {100 * min(strains[1], end):.3g} %,"
+        f" {100 * ((found - wanted)[inside] ** 2).mean() ** 0.5 / mean:.1f} % in root mean square; peaks {peaks}"
+    )
+
+
 def coupling(folder, begin=0.06, strains=(0.012, 0.06)):
     """A hybrid of planar shear: mean of sigma_yy by weights and space over each layer of cells without those beside plates, of frames from `begin` (s) on;
     the springs' stretch at the last checkpoint, which is the slip times the continuum's share; mean shear stress between two strains."""
@@ -566,6 +591,7 @@ if __name__ == "__main__":
         "collapse": collapse,
         "outside": outside,
         "rest": rest,
+        "planar": planar,
         "coupling": coupling,
         "sheared": sheared,
     }
