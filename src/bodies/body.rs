@@ -72,6 +72,8 @@ pub struct Body<S: Space> {
     pub displacement: S::Vector,
     pub velocity: S::Vector,
     pub spin: S::Spin,
+    /// Mean of the velocities on either side of the forces of a step, by which these do work, m/s; made within it.
+    pub velocity_mean: S::Vector,
     /// Impulse (N s) and angular impulse about the body's own origin (N m s) of the material on the body since the last row
     /// of the series.
     pub impulse: S::Vector,
@@ -122,6 +124,15 @@ pub struct Reaction<S: Space> {
     /// Of the nodes that the body holds, kg and, with the forces of this step, N s.
     pub node_mass: f64,
     pub node_momentum: S::Vector,
+    /// What a servo did not foresee of the impulse along it in the steps before, N s.
+    pub unforeseen: f64,
+}
+
+impl<S: Space> Reaction<S> {
+    /// Impulse within a step `dt`, s, of a body of that velocity after it, N s.
+    pub fn impulse(&self, velocity: &S::Vector, dt: f64) -> S::Vector {
+        self.force * dt + self.node_momentum - *velocity * self.node_mass
+    }
 }
 
 /// The point of a body's surface nearest to a place.
@@ -152,6 +163,7 @@ impl<S: Space> Body<S> {
             displacement: zero,
             velocity: zero,
             spin: S::Spin::zero(),
+            velocity_mean: zero,
             impulse: zero,
             impulse_angular: S::Spin::zero(),
             impulse_whole: zero,
@@ -207,10 +219,10 @@ impl<S: Space> Body<S> {
         }
     }
 
-    /// Whether its own account of the step asks for nodes: a plate takes what its nodes give, a servo moves what it holds.
-    /// What nodes do to other bodies is counted where they are held.
+    /// Whether its motion asks for nodes: a servo moves what it holds, and a plate has one as a rule. What nodes do to bodies is counted where
+    /// they are held.
     pub fn feels_nodes(&self) -> bool {
-        matches!(self.shape, Shape::Plate { .. }) || self.carries()
+        self.is_plate() || self.carries()
     }
 
     /// Whether a servo moves nodes with it.
@@ -272,9 +284,14 @@ impl<S: Space> Body<S> {
         }
     }
 
-    /// New velocity under `reaction`, and the impulse that the material gave. Held nodes are part of the moving mass, so that
-    /// a light plate on a heavy continuum is stable.
-    pub fn accelerate(&mut self, reaction: &Reaction<S>, time: f64, dt: f64) {
+    /// Whether it is a rough plate across the domain.
+    pub fn is_plate(&self) -> bool {
+        matches!(self.shape, Shape::Plate { .. })
+    }
+
+    /// New velocity under `reaction`; returns those of before, of places and of the spin. Held nodes are part of the moving mass, so that a
+    /// light plate on a heavy continuum is stable.
+    pub fn accelerate(&mut self, reaction: &Reaction<S>, time: f64, dt: f64) -> (S::Vector, S::Spin) {
         let (before, spin_before) = (self.velocity, self.spin);
         let instant = self.led_at(time);
         self.velocity = instant.velocity;
@@ -283,18 +300,25 @@ impl<S: Space> Body<S> {
             let n = servo.direction;
             let load = reaction.force.dot(&n) - servo.force;
             // The dashpot is implicit in the new velocity: stable for any damping.
-            let speed = (servo.mass * before.dot(&n) + reaction.node_momentum.dot(&n) + load * dt)
-                / (servo.mass + reaction.node_mass + servo.damping * dt);
+            let speed =
+                (servo.mass * before.dot(&n) + reaction.node_momentum.dot(&n) + load * dt + reaction.unforeseen)
+                    / (servo.mass + reaction.node_mass + servo.damping * dt);
             let speed = speed.clamp(-servo.speed_max, servo.speed_max);
             self.velocity += n * (speed - self.velocity.dot(&n));
         }
-        let impulse = reaction.force * dt + reaction.node_momentum - self.velocity * reaction.node_mass;
+        self.velocity_mean = (before + self.velocity) * 0.5;
+        (before, spin_before)
+    }
+
+    /// The impulse that the material gave within a step of the whole body, whose velocity and spin were those `before`.
+    pub fn account(&mut self, reaction: &Reaction<S>, (before, spin_before): &(S::Vector, S::Spin), dt: f64) {
+        let impulse = reaction.impulse(&self.velocity, dt);
         let turn = reaction.torque * dt;
         self.impulse += impulse;
         self.impulse_whole += impulse - reaction.force * ((1.0 - reaction.kick) * dt);
         self.impulse_angular += turn;
         // By the mean of the velocities on either side of the force: the work that changes kinetic energies by as much.
-        self.work -= 0.5 * (impulse.dot(&(before + self.velocity)) + turn.dot(&(spin_before + self.spin)));
+        self.work -= 0.5 * (impulse.dot(&(*before + self.velocity)) + turn.dot(&(*spin_before + self.spin)));
     }
 
     /// Momentum (N s) and mass (kg) of a node that a servo moves with the body: all of a node that it holds rough; else
@@ -317,6 +341,7 @@ impl<S: Space> Body<S> {
 
     pub fn drift(&mut self, dt: f64) {
         self.displacement += self.velocity * dt;
+        self.velocity_mean = self.velocity;
     }
 
     /// How far its path leads from one time to a later one, m; a servo is not asked.

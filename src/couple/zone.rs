@@ -288,25 +288,15 @@ impl Zone {
         }
         let (outer, inner) = (outer as usize, inner as usize);
         let cells = |row: usize| row * columns..(row + 1) * columns;
-        let is_all = |labels: &[Label], wanted: Label| labels.iter().all(|label| *label == wanted);
         let at_end = outer.min(inner)..outer.max(inner) + 1;
-        if at_end.clone().all(|row| is_all(&self.labels[cells(row)], Label::Continuum)) {
+        if at_end.clone().flat_map(cells).all(|cell| self.labels[cell] == Label::Continuum) {
             return false;
         }
-        at_end.for_each(|row| self.labels[cells(row)].fill(Label::Grains));
-        // The rim between there and the core.
+        // And the rim between there and the core.
         let inwards: Vec<usize> = if up { (0..inner).rev().collect() } else { (inner + 1..rows).collect() };
-        let is_between = |row: &usize| {
-            let labels = &self.labels[cells(*row)];
-            !is_all(labels, Label::Grains) && !is_all(labels, Label::Continuum)
-        };
-        let between: Vec<usize> = inwards.into_iter().take_while(is_between).collect();
-        // A zone that comes there with its rim alone has no core on the other side of it.
-        let core = between.last().map(|row| if up { row.wrapping_sub(1) } else { row + 1 });
-        let has_core = core.is_none_or(|row| row < rows && is_all(&self.labels[cells(row)], Label::Grains));
-        if has_core {
-            between.into_iter().for_each(|row| self.labels[cells(row)].fill(Label::Grains));
-        }
+        let is_rim = |row: &usize| self.labels[cells(*row)].contains(&Label::Rim);
+        let rim: Vec<usize> = inwards.into_iter().take_while(is_rim).collect();
+        at_end.chain(rim).for_each(|row| self.labels[cells(row)].fill(Label::Grains));
         true
     }
 

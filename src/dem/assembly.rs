@@ -11,7 +11,7 @@ use crate::bodies::body::Body;
 use crate::dem::cell::{Cell, Image};
 use crate::dem::contacts::Contacts;
 use crate::dem::drive::{CellDrive, Missed};
-use crate::dem::grains::{GrainRow, Grains};
+use crate::dem::grains::{GrainRow, Grains, Mover};
 use crate::dem::law::{Law, SharedLaw};
 use crate::dem::memories::Carried;
 use crate::dem::motion::{self, Field};
@@ -194,6 +194,19 @@ impl<S: Space> Assembly<S> {
     /// The drift of grains that have not drifted with their kicks, of which `farthest` is the square of the longest way, m2.
     pub(crate) fn drift_glued(&mut self, farthest: f64, bodies: &[Body<S>], dt: f64) {
         self.moved = larger(farthest, motion::follow_and_drift(&mut self.grains, bodies, dt)).sqrt();
+    }
+
+    /// Calls `push(body, force, torque)` (N, N m about the body's origin) with what each grain of this rank does to the body that it is glued to
+    /// or touches.
+    pub(crate) fn pushes_on(&self, bodies: &[Body<S>], mut push: impl FnMut(usize, S::Vector, S::Spin)) {
+        for row in self.grains.glued.iter().map(|row| *row as usize) {
+            if let Mover::Body(body) = self.grains.movers[row] {
+                let arm = self.grains.hot[row].position - bodies[body as usize].origin();
+                let force = self.grains.force[row];
+                push(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
+            }
+        }
+        self.walls.reactions_of(bodies, push);
     }
 
     /// How much nearer two that may touch have come since lists were made, as a share of what these reach; `bodies` is the longest

@@ -6,7 +6,6 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::{BODIES_MAX, Body};
 use crate::bodies::boundary::{Grip, Hold, absorbed};
-use crate::dem::assembly::Assembly;
 use crate::dem::cell::Cell;
 use crate::dem::walls::place_beside;
 use crate::domain::accounts::ledger::Entry;
@@ -55,8 +54,10 @@ impl Grid {
     }
 }
 
-/// Impulses (N s) and angular impulses about the bodies' origins (N m s) that the material gave to faces and bodies through
-/// nodes, and grains to bodies that hold nodes, since they were last taken, and impulses of loads and membranes on the material; this rank's share. Exact, so that no order and no rank shows.
+/// Impulses (N s) and angular impulses about the bodies' origins (N m s) that the material gave to faces and bodies through nodes, and grains to
+/// bodies that hold nodes, since they were last taken, impulses of loads and membranes on the material, and the work of plates on it (J); of
+/// bodies with servos what they have taken along these in the cycle under way or the last, less what they moved by, N s. This rank's share.
+/// Exact, so that no order and no rank shows.
 #[derive(Clone, Debug, Default)]
 pub struct Reactions {
     sums: ExactSum<REACTIONS>,
@@ -65,9 +66,11 @@ pub struct Reactions {
 const FACES: usize = 6;
 const PER_BODY: usize = 6;
 /// Slots of [`Reactions`].
-pub const REACTIONS: usize = LOADS + 3;
-/// The first of those of loads.
+pub const REACTIONS: usize = UNFORESEEN + BODIES_MAX;
+/// The first of those of loads, of work, and of what servos did not foresee.
 const LOADS: usize = 3 * FACES + PER_BODY * BODIES_MAX;
+const WORK: usize = LOADS + 3;
+const UNFORESEEN: usize = WORK + BODIES_MAX;
 
 impl Reactions {
     pub(crate) fn merge(&mut self, other: &Self) {
@@ -92,13 +95,38 @@ impl Reactions {
         }
     }
 
-    pub(crate) fn on_body<S: Space>(&mut self, body: usize, impulse: &S::Vector, turn: &S::Spin) {
-        let first = 3 * FACES + PER_BODY * body;
+    /// What a body takes, N s and N m s.
+    pub(crate) fn on_body<S: Space>(&mut self, (number, body): (usize, &Body<S>), impulse: &S::Vector, turn: &S::Spin) {
+        let first = 3 * FACES + PER_BODY * number;
         for component in 0..S::DIMENSION {
             self.sums.add(first + component, impulse[component]);
         }
         for component in 0..S::Spin::COMPONENTS {
             self.sums.add(first + 3 + component, turn[component]);
+        }
+        // Of other bodies the account of their step has it.
+        if body.is_plate() {
+            self.sums.add(WORK + number, -impulse.dot(&body.velocity_mean));
+        }
+        if let Some(servo) = &body.servo {
+            self.sums.add(UNFORESEEN + number, impulse.dot(&servo.direction));
+        }
+    }
+
+    /// What the servo of a body foresees for the cycle that begins, N s.
+    pub(crate) fn foresee(&mut self, number: usize, impulse: f64) {
+        self.sums.add(UNFORESEEN + number, -impulse);
+    }
+
+    /// Moves what the last cycle has left there of what servos did not foresee to a slot of other sums for each body, `together` apart.
+    pub(crate) fn take_unforeseen<const N: usize>(
+        &mut self,
+        sums: &mut ExactSum<N>,
+        (first, together): (usize, usize),
+    ) {
+        for number in 0..(N / together).min(BODIES_MAX) {
+            sums.set_parts(first + together * number, self.sums.parts(UNFORESEEN + number));
+            self.sums.set_parts(UNFORESEEN + number, (0, 0));
         }
     }
 }
@@ -115,8 +143,13 @@ pub fn impulse_on_material(reactions: &[f64; REACTIONS]) -> [f64; 3] {
 pub fn impulse_sizes(reactions: &[f64; REACTIONS]) -> f64 {
     let size = |impulse: &[f64]| impulse[..3].iter().map(|part| part * part).sum::<f64>().sqrt();
     let (faces, rest) = reactions.split_at(3 * FACES);
-    let (bodies, loads) = rest.split_at(PER_BODY * BODIES_MAX);
-    faces.chunks_exact(3).chain(bodies.chunks_exact(PER_BODY)).map(size).sum::<f64>() + size(loads)
+    let (bodies, rest) = rest.split_at(PER_BODY * BODIES_MAX);
+    faces.chunks_exact(3).chain(bodies.chunks_exact(PER_BODY)).map(size).sum::<f64>() + size(rest)
+}
+
+/// Work on the material of a body that is a plate among them, J.
+pub fn plate_work(reactions: &[f64; REACTIONS], body: usize) -> f64 {
+    reactions[WORK + body]
 }
 
 /// Impulse on a face among those of [`World::take_reactions`], N s.
@@ -145,7 +178,10 @@ impl<S: Space> World<'_, S> {
         if entries.is_empty() {
             return Ok(());
         }
-        Entry::expect(entries, REACTIONS, "reactions")?;
+        // Runs of old had no account of work here, nor of what servos did not foresee.
+        if entries.len() != WORK {
+            Entry::expect(entries, REACTIONS, "reactions")?;
+        }
         if self.transport.rank() == 0 {
             self.reactions.sums = Entry::take_all(&mut entries.iter().copied());
         }
@@ -164,16 +200,24 @@ impl<S: Space> World<'_, S> {
         }
     }
 
+    /// Whether all that a plate takes is booked where it is held, as of a body with a grip: nodes that it moves may do so in the middle of a
+    /// cycle, and grains glued to it push in every step of theirs.
+    pub(crate) fn books_plates(&self) -> bool {
+        self.has_grid() && self.bodies.iter().any(Body::is_plate)
+    }
+
     /// Books what grains give to bodies that hold nodes as well, so that one account has all that such a body takes.
-    pub(crate) fn book_touches(&mut self) {
-        if self.assembly.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none()) {
+    pub(crate) fn book_grains(&mut self) {
+        let plates = self.books_plates();
+        if !plates && (self.assembly.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none())) {
             return;
         }
         let dt = self.kick_share() * self.settings.grains.dt;
-        let Self { assembly: Assembly { walls, .. }, bodies, reactions, .. } = self;
-        walls.reactions_of(bodies, |body, force, torque| {
-            if bodies[body].grip.is_some() {
-                reactions.on_body::<S>(body, &(force * dt), &(torque * dt));
+        let Self { assembly, bodies, reactions, .. } = self;
+        assembly.pushes_on(bodies, |number, force, torque| {
+            let (body, impulse, turn) = (&bodies[number], force * dt, torque * dt);
+            if body.grip.is_some() || (plates && body.is_plate()) {
+                reactions.on_body((number, body), &impulse, &turn);
             }
         });
     }
@@ -184,11 +228,18 @@ impl<S: Space> World<'_, S> {
     }
 
     /// Impulses on faces and bodies through nodes since they were last taken, of all ranks: per face (lower and upper of
-    /// each axis) three components, then per body three of impulse and three of angular impulse; last three of loads on the
-    /// material. Collective.
+    /// each axis) three components, then per body three of impulse and three of angular impulse; three of loads on the material, and the work
+    /// of plates per body, which goes to their own account. Collective.
     pub fn take_reactions(&mut self) -> Result<[f64; REACTIONS], Error> {
-        let sums = std::mem::take(&mut self.reactions).sums;
-        self.reduce(sums)
+        let mut sums = std::mem::take(&mut self.reactions).sums;
+        // A cycle to come asks for it, not the row that takes the rest.
+        for slot in UNFORESEEN..REACTIONS {
+            self.reactions.sums.set_parts(slot, sums.parts(slot));
+            sums.set_parts(slot, (0, 0));
+        }
+        let reactions = self.reduce(sums)?;
+        self.bodies.iter_mut().zip(&reactions[WORK..UNFORESEEN]).for_each(|(body, work)| body.work += work);
+        Ok(reactions)
     }
 }
 
@@ -224,11 +275,16 @@ impl<S: Space> BoundaryConditions<'_, S> {
         reactions: &mut Reactions,
     ) -> S::Vector {
         let place: S::Vector = self.layout.node_at(node.place);
-        if let Some(body) = self.bodies.iter().find(|body| body.holds(place[1], self.layout.cell)) {
-            return body.velocity;
-        }
         let mut booked = if self.moment == Moment::Look { None } else { Some(reactions) };
         let mass = points.mass() + grains.mass();
+        if let Some(number) = self.bodies.iter().position(|body| body.holds(place[1], self.layout.cell)) {
+            let plate = &self.bodies[number];
+            if let Some(reactions) = booked {
+                let impulse = (free - plate.velocity) * mass;
+                reactions.on_body((number, plate), &impulse, &S::moment(&(place - plate.origin()), &impulse));
+            }
+            return plate.velocity;
+        }
         let unheld = self.unheld(free, node, (points, grains), dt, booked.as_deref_mut());
         let unheld = met.map_or(unheld, |met| met.velocities);
         let of = (self.bodies, self.periods, met.map_or([false; 2], |met| met.by));
@@ -272,7 +328,7 @@ pub(crate) fn held_by_bodies<S: Space>(
         if let Some(reactions) = &mut reactions {
             let impulse = (velocity - after) * mass;
             let arm = place - body.origin();
-            reactions.on_body::<S>(number, &impulse, &S::moment(&arm, &impulse));
+            reactions.on_body((number, body), &impulse, &S::moment(&arm, &impulse));
         }
         pushed = hold.on(&pushed, &pushed);
         velocity = after;

@@ -5,14 +5,14 @@ use scree_partition::ExactSum;
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::{BODIES_MAX, Body, Reaction};
-use crate::dem::grains::Mover;
 use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::mpm::face_rows::is_met_by;
 
-/// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
-pub(crate) const BODY_SLOTS: usize = 10;
+/// Sums over a body: force, torque and momentum of nodes (three components each), mass of nodes, and what its servo did not foresee.
+pub(crate) const BODY_SLOTS: usize = 11;
+const UNFORESEEN: usize = 10;
 
 impl<S: Space> World<'_, S> {
     /// The body that holds a node at height `y`.
@@ -35,9 +35,14 @@ impl<S: Space> World<'_, S> {
         // The same on every rank, for what all of them know alone decides it.
         let has_nodes = self.has_grid() || self.has_elements();
         let feels_nodes = has_nodes && self.bodies.iter().any(Body::feels_nodes);
+        // Forces on nodes and bodies in the middle of a cycle of several steps are not those of its beginning.
+        let foresees = self.settings.grain_steps > 1 && feels_nodes;
         let mut sums = [0.0; SLOTS];
         if self.has_grains() || feels_nodes {
             let mut here = ExactSum::<SLOTS>::new();
+            if foresees {
+                self.reactions.take_unforeseen(&mut here, (UNFORESEEN, BODY_SLOTS));
+            }
             self.add_grains(&mut here);
             if feels_nodes && self.has_elements() {
                 self.add_nodes_of_elements(&mut here);
@@ -51,31 +56,32 @@ impl<S: Space> World<'_, S> {
         }
         // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
         let (dt, kick) = (self.dt_of_continuum(), self.kick_share());
-        let time = self.time() + 0.5 * dt;
-        for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
-            body.accelerate(&reaction(slots, kick), time, dt);
+        let (time, booked) = (self.time() + 0.5 * dt, self.books_plates());
+        let Self { bodies, reactions, transport, .. } = self;
+        for (number, (body, slots)) in bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)).enumerate() {
+            let reaction = reaction(slots, kick);
+            let before = body.accelerate(&reaction, time, dt);
+            if let Some(servo) = body.servo.as_ref().filter(|_| foresees && transport.rank() == 0) {
+                reactions.foresee(number, reaction.impulse(&body.velocity, dt).dot(&servo.direction));
+            }
+            // Else it is booked as it comes.
+            if !(booked && body.is_plate()) {
+                body.account(&reaction, &before, dt);
+            }
         }
         Ok(())
     }
 
     /// What the grains of this rank do to the bodies that they are glued to or touch.
     fn add_grains<const SLOTS: usize>(&self, sums: &mut ExactSum<SLOTS>) {
-        let mut add = |body: usize, force: S::Vector, torque: S::Spin| {
+        self.assembly.pushes_on(&self.bodies, |body, force, torque| {
             for axis in 0..S::DIMENSION {
                 sums.add(BODY_SLOTS * body + axis, force[axis]);
             }
             for axis in 0..S::Spin::COMPONENTS {
                 sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
             }
-        };
-        for row in self.assembly.grains.glued.iter().map(|row| *row as usize) {
-            if let Mover::Body(body) = self.assembly.grains.movers[row] {
-                let arm = self.assembly.grains.hot[row].position - self.bodies[body as usize].origin();
-                let force = self.assembly.grains.force[row];
-                add(body as usize, force, self.assembly.grains.torque[row] + S::moment(&arm, &force));
-            }
-        }
-        self.assembly.walls.reactions_of(&self.bodies, add);
+        });
     }
 
     /// What the nodes of this rank bring along that bodies move with them.
@@ -131,6 +137,7 @@ fn reaction<S: Space>(slots: &[f64], kick: f64) -> Reaction<S> {
         kick,
         node_mass: slots[9],
         node_momentum: S::Vector::zero(),
+        unforeseen: slots[UNFORESEEN],
     };
     for axis in 0..S::DIMENSION {
         reaction.force[axis] = slots[axis];

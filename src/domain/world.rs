@@ -153,10 +153,10 @@ impl<S: Space> World<'_, S> {
     fn step_of_grains_alone(&mut self) -> Result<(), Error> {
         let dt = self.settings.grains.dt;
         let farthest = self.evaluate_and_kick::<true>();
-        self.book_touches();
         if self.begins_cycle() {
             self.accelerate_bodies()?;
         }
+        self.book_grains();
         let timer = self.phases.start();
         self.assembly.drift_glued(farthest, &self.bodies, dt);
         for body in &mut self.bodies {
@@ -174,7 +174,6 @@ impl<S: Space> World<'_, S> {
             self.strain_first()?;
         }
         self.evaluate_and_kick::<false>();
-        self.book_touches();
         match begins {
             true => {
                 self.fill_grid();
@@ -183,6 +182,7 @@ impl<S: Space> World<'_, S> {
             }
             false => self.fill_grid_by_grains(),
         }
+        self.book_grains();
         match ends {
             true => {
                 self.step_grid()?;

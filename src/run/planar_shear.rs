@@ -3,9 +3,10 @@
 use scree_partition::Transport;
 
 use crate::base::error::Error;
-use crate::base::space::{Linear, Plane};
+use crate::base::space::{Linear, Plane, Space};
 use crate::dem::law::{SharedLaw, law_of};
 use crate::domain::accounts::ledger::Accounts;
+use crate::domain::grid;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::job::{Method, Scenario, derived};
@@ -116,8 +117,13 @@ fn plate(scenario: &Scenario) -> Columns<'_, Plane> {
         let (strain, step, dt) = (strain(scenario, &core.world), core.world.step, scenario.time.step);
         let duration = (step - core.progress.series_step) as f64 * dt;
         let scale = 1.0 / (duration * scenario.specimen.width * scenario.specimen.depth);
+        // Of a plate at a grid the account of nodes has it all, else its own.
+        let reactions = core.world.take_reactions()?;
+        core.progress.kept.take(&reactions);
         let plate = &mut core.world.bodies[UPPER as usize];
-        let impulse = std::mem::replace(&mut plate.impulse, Linear::zero());
+        let mut impulse = std::mem::replace(&mut plate.impulse, Linear::zero());
+        let (booked, _) = grid::body_impulse(&reactions, UPPER as usize);
+        (0..Plane::DIMENSION).for_each(|axis| impulse[axis] += booked[axis]);
         let volume_strain = plate.face() / core.progress.height_start - 1.0;
         Ok(vec![step as f64, step as f64 * dt, strain, -impulse[0] * scale, impulse[1] * scale, volume_strain])
     })

@@ -5,8 +5,6 @@ use std::collections::BTreeSet;
 use super::motion::Motion;
 use super::residents::Residents;
 use super::{PlanarPoint, Refusal, Vector};
-use crate::base::space::Plane;
-use crate::bodies::body::Body;
 use crate::couple::select::{Candidate, select};
 use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::Mover;
@@ -15,8 +13,9 @@ use crate::prepare::sheared::Grain;
 
 pub(super) struct Chosen {
     pub grains: Vec<Grain>,
-    /// Grains of the packing that stand beside them already, and those of a plate that the zone comes to: these come with it, all of the plate's.
+    /// Grains of the packing that stand beside them already.
     pub beside: Vec<Grain>,
+    /// All grains of the plates that the zone meets, but for those that stand already.
     pub glued: Vec<Grain>,
     /// Ids of rim grains, rising.
     pub rim: Vec<u64>,
@@ -47,11 +46,6 @@ impl<'a> Sight<'a> {
         Self { zone, motion, residents, reach: settings.distance + 1.5 * zone.grid.cell }
     }
 
-    /// Whether a grain at a plate, m, may touch those that come.
-    fn is_near_plate(&self, place: &Vector) -> bool {
-        self.zone.distance([place[0], place[1]]) <= self.reach
-    }
-
     /// The grain of that number, which has its `origin` in the packing.
     pub fn stands(&self, id: u64, origin: &Vector) -> Stands {
         let Self { zone, motion, residents, reach } = self;
@@ -72,21 +66,19 @@ impl<'a> Sight<'a> {
     }
 }
 
-/// Those that are to enter. They weigh what the zone's `[core, rim]` give up: all of the core's mass, kg, and w of the rim's.
+/// Those that are to enter where the zone meets these plates, by their numbers. They weigh what the zone's `[core, rim]` give up: all of the core's mass, kg, and w of the rim's.
 pub(super) fn choose(
     settings: &Enrichment,
     zone: &Zone,
     sight: &Sight<'_>,
-    (packing, lies, bodies): (&[Grain], Lies<'_>, &[Body<Plane>]),
+    (packing, lies, plates): (&[Grain], Lies<'_>, &[usize]),
     [core, rim_mass]: [f64; 2],
 ) -> Result<Chosen, Refusal> {
-    let (mut candidates, mut beside, mut plates) = (Vec::new(), Vec::new(), BTreeSet::new());
+    let (mut candidates, mut beside, mut glued) = (Vec::new(), Vec::new(), Vec::new());
     for (row, grain) in packing.iter().enumerate() {
-        let is_new = sight.residents.get(grain.cold.id.0).is_none();
-        if let (Mover::Body(plate), true) = (grain.cold.mover, is_new) {
-            if sight.is_near_plate(&(grain.cold.origin + bodies[usize::from(plate)].displacement)) {
-                plates.insert(plate);
-            }
+        if let (Mover::Body(plate), None, Lies::Whole) = (grain.cold.mover, sight.residents.get(grain.cold.id.0), lies)
+        {
+            glued.extend(plates.contains(&usize::from(plate)).then(|| grain.clone()));
             continue;
         }
         let place = match sight.stands(grain.cold.id.0, &grain.cold.origin) {
@@ -97,18 +89,13 @@ pub(super) fn choose(
             }
             Stands::Away => continue,
         };
+        if grain.cold.mover != Mover::Free {
+            return Err(Refusal(
+                "the zone around the shear band reaches the end of a packing that is not as high as the specimen; lower `enrichment.distance`, or raise `packing.height`".into(),
+            ));
+        }
         candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.hot.mass, place });
     }
-    if !plates.is_empty() && !matches!(lies, Lies::Whole) {
-        return Err(Refusal(
-            "the zone around the shear band reaches the end of a packing that is not as high as the specimen; lower `enrichment.distance`, or raise `packing.height`".into(),
-        ));
-    }
-    let comes = |grain: &&Grain| {
-        matches!(grain.cold.mover, Mover::Body(plate) if plates.contains(&plate))
-            && sight.residents.get(grain.cold.id.0).is_none()
-    };
-    let glued = packing.iter().filter(comes).cloned().collect();
     let selection = select(zone, &candidates, core, rim_mass, settings.weight);
     let mut rim: Vec<u64> = Vec::new();
     let mut grains = Vec::with_capacity(selection.chosen.len());

@@ -102,15 +102,11 @@ impl Plan {
             world.rebuild()?;
         }
         let mut zone = Zone::around(&along_plates(world, flagged, settings), cell_grid(world), settings);
-        for plate in &world.bodies {
-            let Shape::Plate { side, .. } = plate.shape else { continue };
-            // In the middle of a cycle momentum is not kept where a face meets nodes that grains share.
-            if zone.close_at(plate.face(), side == Side::Above) && world.settings.grain_steps > 1 {
-                return Ok(Err(Refusal(
-                    "the zone around the shear band reaches a plate, which it can with time.grain_steps = 1 alone; write that, or lower `enrichment.distance`".into(),
-                )));
-            }
-        }
+        let mut meets = |body: &Body<Plane>| match body.shape {
+            Shape::Plate { side, .. } => zone.close_at(body.face(), side == Side::Above),
+            _ => false,
+        };
+        let plates: Vec<usize> = (0..world.bodies.len()).filter(|number| meets(&world.bodies[*number])).collect();
         let near = zone.within(MARGIN);
         let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
         let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
@@ -136,7 +132,7 @@ impl Plan {
         let is_wanted = |id: GrainId, origin: &Vector| !matches!(sight.stands(id.0, origin), Stands::Away);
         let Reference { grains: packing, seats } =
             Reference::read(world, packing_file, (lies, zone.middle()), is_wanted)?;
-        let of_packing = (&packing[..], lies, &world.bodies[..]);
+        let of_packing = (&packing[..], lies, &plates[..]);
         let mut chosen = match choose(settings, &zone, &sight, of_packing, [core - raised, rim]) {
             Ok(chosen) => chosen,
             Err(refusal) => return Ok(Err(refusal)),

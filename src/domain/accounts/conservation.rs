@@ -24,7 +24,7 @@ use crate::base::space::{Linear, Space};
 use crate::dem::grains::Mover;
 use crate::domain::accounts::ledger::Balance;
 use crate::domain::accounts::ledger::points::PointBalance;
-use crate::domain::grid::{REACTIONS, impulse_on_material, impulse_sizes};
+use crate::domain::grid::{REACTIONS, impulse_on_material, impulse_sizes, plate_work};
 use crate::domain::world::World;
 
 /// At the start of a run, or of a branch of one, and what has been given since; the same on every rank.
@@ -233,14 +233,15 @@ impl<S: Space> World<'_, S> {
     pub fn kept_from_now(&mut self) -> Result<Kept, Error> {
         let Holdings { mass, momentum, energy, .. } = self.holdings()?;
         // Impulses on nodes that the next row will take belong to the run before.
-        let through_nodes = impulse_on_material(&self.reactions_so_far()?).map(|impulse| -impulse);
+        let pending = self.reactions_so_far()?;
+        let through_nodes = impulse_on_material(&pending).map(|impulse| -impulse);
         let (by_bodies, _) = self.impulses_of_bodies();
-        let work = self.work_of_bodies();
+        let work = self.work_of_bodies(&pending);
         Ok(Kept { step: self.step, mass, momentum, energy, by_bodies, work, through_nodes, through_nodes_sizes: 0.0 })
     }
 
-    /// Impulse since the very start of bodies without a grip, who hold no node of the account of nodes, N s; and the sizes of
-    /// them together.
+    /// Impulse since the very start of bodies without a grip, N s, but for what plates took that were at a grid, which is in the account of
+    /// nodes; and the sizes of them together.
     fn impulses_of_bodies(&self) -> ([f64; 3], f64) {
         let (mut impulse, mut sizes) = ([0.0; 3], 0.0);
         for body in self.bodies.iter().filter(|body| body.grip.is_none()) {
@@ -250,16 +251,17 @@ impl<S: Space> World<'_, S> {
         (impulse, sizes)
     }
 
-    /// J.
-    fn work_of_bodies(&self) -> f64 {
-        self.bodies.iter().map(|body| body.work).sum()
+    /// J; of plates with what has not been taken yet.
+    fn work_of_bodies(&self, pending: &[f64; REACTIONS]) -> f64 {
+        self.bodies.iter().enumerate().map(|(number, body)| body.work + plate_work(pending, number)).sum()
     }
 
     /// The account since `start`. Collective.
     pub fn conservation(&mut self, start: &Kept) -> Result<Conservation, Error> {
         let now = self.holdings()?;
         let mut since = *start;
-        since.take(&self.reactions_so_far()?);
+        let pending = self.reactions_so_far()?;
+        since.take(&pending);
         let by_nodes = since.through_nodes;
         let (whole, sizes) = self.impulses_of_bodies();
         let by_bodies = std::array::from_fn(|axis| whole[axis] - start.by_bodies[axis]);
@@ -280,7 +282,7 @@ impl<S: Space> World<'_, S> {
             by_gravity,
             impulses,
             is_damped: !self.settings.grains.field.is_plain(),
-            work: bodies_alone.then(|| self.work_of_bodies() - start.work),
+            work: bodies_alone.then(|| self.work_of_bodies(&pending) - start.work),
             grains: self.has_balance().then(|| self.balance()).transpose()?,
             points: if self.has_point_energies() { self.point_balance()? } else { None },
         })

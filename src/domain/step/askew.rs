@@ -144,7 +144,7 @@ impl<S: Space> World<'_, S> {
             node.impulse += given[0];
             if moment == Moment::Step {
                 let arm = node.place - rigid.origin();
-                booked.on_body::<S>(body, &-given[0], &S::moment(&arm, &-given[0]));
+                booked.on_body((body, rigid), &-given[0], &S::moment(&arm, &-given[0]));
             }
         }
         reactions.merge(&booked);

@@ -225,8 +225,9 @@ impl<S: Space> World<'_, S> {
             match *by {
                 Holder::Face { axis, upper } => reactions.on_face::<S>(axis, upper, &-*impulse),
                 Holder::Body(body) => {
-                    let arm = *place - bodies[body].origin();
-                    reactions.on_body::<S>(body, &-*impulse, &S::moment(&arm, &-*impulse));
+                    let (number, body) = (body, &bodies[body]);
+                    let arm = *place - body.origin();
+                    reactions.on_body((number, body), &-*impulse, &S::moment(&arm, &-*impulse));
                 }
             }
         }

@@ -234,10 +234,9 @@ impl<S: Space> World<'_, S> {
             for (link, row) in links.iter().filter(|(_, row)| columns[*row].mass > 0.0) {
                 let given = pressures.map(|pressure| pressure * columns[*row].area);
                 impulses[*row] = given;
-                // What a plate takes is in its own account of the step.
-                if moment == Moment::Step && rigid.grip.is_some() {
-                    let arm = link.place - rigid.origin();
-                    booked.on_body::<S>(body, &-given[0], &S::moment(&arm, &-given[0]));
+                if moment == Moment::Step {
+                    let (taken, arm) = (-given[0], link.place - rigid.origin());
+                    booked.on_body((body, rigid), &taken, &S::moment(&arm, &taken));
                 }
             }
         });

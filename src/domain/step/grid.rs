@@ -469,7 +469,7 @@ impl<S: Space> World<'_, S> {
         let volumetric = if averages { &mut volumetric[..] } else { &mut [] };
         let nodes = (&mut gathered[..rows], if averages { &mut of_volume[..rows] } else { &mut [] });
         let held = Held { rows: (&mut hot[..], beside, volumetric), tiles: nodes, tile_len };
-        // Where strain is nonlocal the law has its turn once all points have gone on.
+        // Where strain is nonlocal the law has its turn once all points have gone on, and they bring nothing to nodes before.
         let material: &dyn StressModel<S> = if waits_for_mean { &Absent } else { &*settings.material };
         let outside = over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, tiles, .. }| {
             if tiers[block] != tier {
@@ -482,13 +482,13 @@ impl<S: Space> World<'_, S> {
             if let Some(set) = faces.filter(|faces| faces.is_near(block)).and_then(|faces| faces.set.as_ref()) {
                 points.iter_mut().for_each(|point| set.guard(bodies, dt, &mut point.position));
             }
-            if outside < reach {
+            if outside < reach && !waits_for_mean {
                 clear(&mut *tiles.0, &mut *tiles.1);
                 scatter_points(frame, how, Scattered { points, beside, volumetric }, tiles);
             }
             outside
         });
-        scattered[tier as usize] = outside < reach;
+        scattered[tier as usize] = outside < reach && !waits_for_mean;
         if taken != Taken::Velocity && taken != Taken::Strain {
             self.continuum.points_outside[tier as usize] = outside;
         }

@@ -53,8 +53,6 @@ impl<S: Space> World<'_, S> {
         let before = self.overlay_before()?;
         let from: Vec<S::Tensor> = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
         moves(self);
-        // What points bring to nodes is of a stress that they do not have yet.
-        self.continuum.points.scattered = [false; 2];
         self.refuse_inside_out()?;
         self.find_neighbourhood_of_now()?;
         let increment = |(hot, from): (&Hot<S>, &S::Tensor)| {
