@@ -15,7 +15,7 @@ use scree::domain::rebuild::Parts;
 use scree::domain::world::Settings;
 use scree::job::Scenario;
 use scree::law::contact::{LinearSpringDashpot, NormalForce};
-use scree::law::material::CriticalDruckerPrager;
+use scree::law::material::{ConstitutiveLaw, CriticalDruckerPrager};
 use scree::mpm::penalty::Coupling;
 use scree::mpm::points::Point;
 use scree::prepare::sheared::{self, cell_of};
@@ -118,6 +118,19 @@ pub fn packed_job(sets: &[&str]) -> Scenario {
         sheared::prepare(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
     });
     job(sets)
+}
+
+/// A job of planar shear whose material is that of a file of another law, which mobilises its friction by plastic shear.
+pub fn mobilised(sets: &[&str]) -> Scenario {
+    let text = packed_job(sets).to_toml();
+    let (head, rest) = text.split_once("\n[material]\n").unwrap();
+    let (_, tail) = rest.split_once("\n[continuum]\n").unwrap();
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/materials/planar_shear_mobilised.toml");
+    let text = format!("{head}\n[material]\nfile = \"{file}\"\n\n[continuum]\n{tail}");
+    let scenario = Scenario::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    assert!(matches!(scenario.material.law, ConstitutiveLaw::MobilisedFriction(_)));
+    assert_eq!(scenario.material.law.fraction(), None);
+    scenario
 }
 
 /// Everything that the outcome of these tests hangs on, so that the quickstart itself may change.

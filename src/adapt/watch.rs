@@ -8,7 +8,7 @@ use scree_partition::{Reader, Writer};
 use crate::adapt::enrichment::cell_grid;
 use crate::base::error::Error;
 use crate::base::space::Space;
-use crate::couple::oracle::{Concentration, Criterion, Memory, NodeFields, Oracle};
+use crate::couple::oracle::{Concentration, Criterion, Laplacian, Memory, NodeFields, Oracle};
 use crate::dem::grains::Mover;
 use crate::dem::walls::place_beside;
 use crate::domain::means::nodal_sums;
@@ -40,57 +40,59 @@ pub fn watch<S: Space>(
     if !memory.due(fastest, settings) {
         return Ok(false);
     }
-    let cell = world.subdomain.layout.cell;
-    // A bend of the rate is one beside whatever holds material as well.
-    let looked_at = match &settings.criterion {
-        Criterion::Laplacian(_) => is_free::<S>,
-        Criterion::Concentration(_) => |_: &World<S>, _: [i32; 3]| true,
-    };
-    // Nodes from the middle of a box to its sides.
-    let reach = |by: &Concentration| (by.reach * diameter / cell).round().max(2.0) as usize;
-    let increment = match &settings.criterion {
-        Criterion::Laplacian(_) => fastest,
-        Criterion::Concentration(by) => {
-            let fields = node_fields(world, looked_at, |hot, past| [since(hot, past, last), 0.0])?;
-            fields.fastest_box(&fields.rate, reach(by))
-        }
-    };
-    let (slot, begin) = memory.look(increment, settings);
-    let fields = match begin {
-        Some(begin) => {
-            let of = |hot: &Hot<S>, past: &Past<S>| [since(hot, past, last), since(hot, past, Some(begin))];
-            Some(node_fields(world, looked_at, of)?)
-        }
-        None => None,
-    };
     let found = match &settings.criterion {
-        Criterion::Laplacian(by) => match fields {
-            Some(fields) => {
-                let flagged = beyond_grains(world, fields.flagged(by, cell, diameter))?;
-                memory.persists(flagged, by)
-            }
-            None => false,
-        },
+        Criterion::Laplacian(by) => look_for_bends(world, memory, (settings, by), (&since, fastest), diameter)?,
         Criterion::Concentration(by) => {
-            let time = world.time();
-            memory.see(slot, last, [increment, fastest, time]);
-            match (fields, begin) {
-                (Some(fields), Some(begin)) => {
-                    let least = memory.growth_least(slot, begin);
-                    let (flagged, participation) = fields.concentrated(by, reach(by), least);
-                    memory.seen[slot].participation = participation;
-                    let flagged = beyond_grains(world, flagged)?;
-                    memory.sharpens(flagged, begin, by)
-                }
-                _ => false,
-            }
+            look_for_concentration(world, memory, (settings, by), (&since, fastest), diameter)?
         }
     };
+    let slot = memory.slot_last().expect("a look has just been taken");
     for (hot, past) in world.continuum.points.hot.iter().zip(&mut world.continuum.points.pasts) {
         past.window.samples[slot] = law.plastic_strain(&hot.memory);
     }
     world.phases.stop(Phase::Oracle, timer);
     Ok(found)
+}
+
+/// Plastic strain of a point since the look of a slot, or since the start.
+type Since<'a, S> = &'a (dyn Fn(&Hot<S>, &Past<S>, Option<usize>) -> f64 + Sync);
+
+/// Algorithm 1 of Chen et al. (2021).
+fn look_for_bends<S: Space>(
+    world: &mut World<S>,
+    memory: &mut Memory,
+    (settings, by): (&Oracle, &Laplacian),
+    (since, fastest): (Since<'_, S>, f64),
+    diameter: f64,
+) -> Result<bool, Error> {
+    let last = memory.slot_last();
+    let (_, Some(begin)) = memory.look(fastest, settings) else { return Ok(false) };
+    let gains = |hot: &Hot<S>, past: &Past<S>| [since(hot, past, last), since(hot, past, Some(begin))];
+    let fields = node_fields(world, is_free, gains)?;
+    let flagged = fields.flagged(by, world.subdomain.layout.cell, diameter);
+    Ok(memory.persists(beyond_grains(world, flagged)?, by))
+}
+
+/// How shear concentrates in boxes. Nodes beside what holds material count as well: no bend of the rate there is taken for a band.
+fn look_for_concentration<S: Space>(
+    world: &mut World<S>,
+    memory: &mut Memory,
+    (settings, by): (&Oracle, &Concentration),
+    (since, fastest): (Since<'_, S>, f64),
+    diameter: f64,
+) -> Result<bool, Error> {
+    // Nodes from the middle of a box to its sides.
+    let reach = (by.reach * diameter / world.subdomain.layout.cell).round().max(2.0) as usize;
+    let (last, everywhere) = (memory.slot_last(), |_: &World<S>, _: [i32; 3]| true);
+    let gained = node_fields(world, everywhere, |hot, past| [since(hot, past, last), 0.0])?;
+    let increment = gained.fastest_box(&gained.rate, reach);
+    let (slot, begin) = memory.look(increment, settings);
+    memory.see(slot, last, [increment, fastest, world.time()]);
+    let Some(begin) = begin else { return Ok(false) };
+    let fields = node_fields(world, everywhere, |hot, past| [since(hot, past, None), since(hot, past, Some(begin))])?;
+    let (flagged, participation) = fields.concentrated(by, reach, memory.growth_least(slot, begin));
+    memory.seen[slot].participation = participation;
+    Ok(memory.sharpens(beyond_grains(world, flagged)?, begin, by))
 }
 
 /// Those of the nodes that no cell with grains is beside: what a zone holds already is not looked for.

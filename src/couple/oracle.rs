@@ -4,12 +4,18 @@
 //!
 //! ```text
 //! P = (sum r)^2/(n sum r^2)                               participation of the box's n nodes: 1 if even, w/L of a band w wide in a box L long
-//! P < P_max,  r > xi mean of the lower half of the box,  r > window                    the node is flagged, by any box that holds it
-//! lowest P of all boxes < s (lowest P a window ago)                                    and the flagged set is a band: it sharpens
+//! lowest P of all boxes < s (lowest P a window ago)                                    shear sharpens, at this look or at one before
+//! P < P_max,  c < c_max mean of the box,  r > xi c,  r > window                        the node is of a band of that box,
+//! largest s of these - mean s of the calmer half > excess                              which has softened, and they are flagged
 //! ```
 //!
-//! Bands sharpen where material softens; what is weaker at the start and hardens with shear spreads its strain again. Boxes are cut where material ends, and those that
-//! shear at less than a quarter of the fastest rate of any box until then do not count. The strain clock is the integral of the largest mean of a box.
+//! with c the mean of r over the calmer half of the box, and s all plastic strain of a node. Until what is beside it unloads the place of a band is not settled. Until it has softened by more
+//! than one packing of the same grains differs from another, grains of its place may be stronger than the continuum that they leave beside them, and a zone of theirs would drive the band
+//! out.
+//!
+//! It takes a law that hardens before it softens: of one that is elastic up to its cone plastic strain is in the band from the first on, and nothing sharpens. Bands sharpen where material
+//! softens; what is weaker at the start and hardens with shear gathers its strain slowly, if it does. Boxes are cut where material ends, and those that shear at less than a quarter of the
+//! fastest rate of any box until then do not count. The strain clock is the integral of the largest mean of a box.
 //!
 //! **Laplacian**: Chen et al. (2021), section 3 and Algorithm 1. A node is flagged where the plastic strain rate e bends sharply and has lately been at work:
 //!
@@ -59,6 +65,10 @@ pub struct Concentration {
     pub contrast: f64,
     /// s: what participation falls to within a window where a band sharpens.
     pub sharpening: f64,
+    /// c_max: growth of the calmer half of the box, over that of all of it, below which it stands still.
+    pub calm: f64,
+    /// By how much more plastic strain a band has than the calmer half of its box.
+    pub excess: f64,
 }
 
 /// Chen et al. (2021), section 3, Algorithm 1.
@@ -77,7 +87,15 @@ pub struct Laplacian {
 }
 
 impl Concentration {
-    pub const DEFAULT: Self = Self { window: 2e-3, reach: 20.0, participation: 0.6, contrast: 2.0, sharpening: 0.8 };
+    pub const DEFAULT: Self = Self {
+        window: 2e-3,
+        reach: 20.0,
+        participation: 0.6,
+        contrast: 2.0,
+        sharpening: 0.8,
+        calm: 0.05,
+        excess: 6e-2,
+    };
 
     fn keys(&mut self, form: &mut dyn Form) {
         let window = number("window", "mean strain of a box over which growth is taken", RATIO, POSITIVE, "2e-3");
@@ -91,6 +109,10 @@ impl Concentration {
         form.number(&mut self.contrast, number("contrast", about, RATIO, Range::closed(1.0, 1e6), "2.0").or("2.0"));
         let about = "s, what participation falls to within a window as a band sharpens";
         form.number(&mut self.sharpening, number("sharpening", about, RATIO, within, "0.8").or("0.8"));
+        let about = "c_max, growth of the calmer half of a box over that of all of it, below which it stands still";
+        form.number(&mut self.calm, number("calm", about, RATIO, Range::closed(0.0, 1.0), "0.05").or("0.05"));
+        let about = "plastic strain that a band has beyond the calmer half of its box";
+        form.number(&mut self.excess, number("excess", about, RATIO, NOT_NEGATIVE, "6e-2").or("6e-2"));
     }
 }
 
@@ -126,9 +148,8 @@ impl Oracle {
         }
     }
 
-    /// The keys of `[oracle]`: constants of Chen et al. (2021) are by default those of `chen`; `every` steps between two looks follow from the window and from
-    /// steps by default.
-    pub fn keys(&mut self, form: &mut dyn Form, chen: Laplacian, every: impl Fn(f64) -> u64) {
+    /// The keys of `[oracle]`: constants of Chen et al. (2021) are by default those of `chen`. What `every` follows from, a job knows.
+    pub fn keys(&mut self, form: &mut dyn Form, chen: Laplacian) {
         let kinds = [
             ("concentration", Criterion::Concentration(Concentration::DEFAULT)),
             ("laplacian", Criterion::Laplacian(chen)),
@@ -143,9 +164,6 @@ impl Oracle {
             Criterion::Concentration(by) => by.keys(form),
             Criterion::Laplacian(by) => by.keys(form),
         });
-        if form.is_needed() && !form.has("every") {
-            self.every = every(self.window());
-        }
         let key = count("every", "steps between two looks", (1, 1_000_000_000), "50");
         form.count(&mut self.every, key.follows("twenty steps of the continuum, or sixteen looks in a window"));
     }
@@ -173,7 +191,7 @@ pub struct Memory {
     pub clocks: [f64; LOOKS],
     pub seen: [Look; LOOKS],
     /// Flagged nodes of the last look, by their index in the domain, rising, and the strain clock since when, or until when a band that was
-    /// found is not asked for again; of concentration the latter alone.
+    /// found is not asked for again; of concentration since when it has sharpened, 0 before that, or the latter.
     pub flagged: Vec<u64>,
     pub unchanged_since: f64,
 }
@@ -243,17 +261,16 @@ impl Memory {
         PACE_LEAST * self.seen[slot].pace * (self.seen[slot].time - self.seen[begin].time)
     }
 
-    /// Takes in the flagged set of a look by concentration, rising, whose window began with that of slot `begin`; true where it sharpens. A band that has sharpened once
-    /// stands, and is one again, where it is not all grains by then, a window later.
+    /// Takes in the flagged set of a look by concentration, rising, whose window began with that of slot `begin`; true where it is a band, shear having sharpened by now. A
+    /// band is one again, where it is not all grains by then, a window later.
     pub fn sharpens(&mut self, flagged: Vec<u64>, begin: usize, by: &Concentration) -> bool {
         let (now, then) = (self.last().participation, self.seen[begin].participation);
         self.flagged = flagged;
-        let is_known = self.unchanged_since > 0.0;
-        let is_band = match is_known {
-            true => self.clock >= self.unchanged_since,
-            false => now <= by.sharpening * then,
-        };
-        if self.flagged.is_empty() || !is_band {
+        if self.unchanged_since == 0.0 && now > 0.0 && now <= by.sharpening * then {
+            self.unchanged_since = self.clock;
+        }
+        let has_sharpened = self.unchanged_since > 0.0;
+        if self.flagged.is_empty() || !has_sharpened || self.clock < self.unchanged_since {
             return false;
         }
         self.unchanged_since = self.clock + by.window;
@@ -270,7 +287,7 @@ pub struct NodeFields {
     pub present: Vec<bool>,
     /// Whether the first is beside the last along x.
     pub is_periodic: bool,
-    /// Plastic strain since the last look (rate times a constant) and within the window.
+    /// Plastic strain since the last look (rate times a constant), or for concentration all of it, and within the window.
     pub rate: Vec<f64>,
     pub recent: Vec<f64>,
 }
@@ -351,12 +368,13 @@ impl NodeFields {
     /// The flagged nodes, rising, and the lowest participation of boxes that reach so many nodes and whose mean growth is at least `least`; 0 where there is none.
     pub fn concentrated(&self, by: &Concentration, reach: usize, least: f64) -> (Vec<u64>, f64) {
         let mut is_flagged = vec![false; self.present.len()];
-        let (mut lowest, mut growths) = (0.0, Vec::new());
+        let (mut lowest, mut nodes) = (0.0, Vec::new());
         for at in self.places() {
-            growths.clear();
-            growths.extend(self.in_box(at, reach).map(|node| self.recent[node]));
-            let count = growths.len() as f64;
-            let (sum, squares) = growths.iter().fold((0.0, 0.0), |(sum, squares), r| (sum + r, squares + r * r));
+            nodes.clear();
+            nodes.extend(self.in_box(at, reach));
+            let count = nodes.len() as f64;
+            let growths = nodes.iter().map(|node| self.recent[*node]);
+            let (sum, squares) = growths.fold((0.0, 0.0), |(sum, squares), r| (sum + r, squares + r * r));
             if sum <= 0.0 || sum < least * count {
                 continue;
             }
@@ -365,11 +383,14 @@ impl NodeFields {
             if participation >= by.participation {
                 continue;
             }
-            growths.sort_by(f64::total_cmp);
-            let calm = &growths[..(growths.len() / 2).max(1)];
-            let bound = (by.contrast * calm.iter().sum::<f64>() / calm.len() as f64).max(by.window);
-            for node in self.in_box(at, reach) {
-                is_flagged[node] |= self.recent[node] > bound;
+            nodes.sort_by(|a, b| self.recent[*a].total_cmp(&self.recent[*b]).then(a.cmp(b)));
+            let (calm, rest) = nodes.split_at((nodes.len() / 2).max(1));
+            let mean = |of: &[f64]| calm.iter().map(|node| of[*node]).sum::<f64>() / calm.len() as f64;
+            let bound = (by.contrast * mean(&self.recent)).max(by.window);
+            let band = &rest[rest.partition_point(|node| self.recent[*node] <= bound)..];
+            let most = band.iter().map(|node| self.rate[*node]).fold(0.0, f64::max);
+            if mean(&self.recent) <= by.calm * sum / count && most - mean(&self.rate) > by.excess {
+                band.iter().for_each(|node| is_flagged[*node] = true);
             }
         }
         let flagged = (0..is_flagged.len() as u64).filter(|node| is_flagged[*node as usize]).collect();

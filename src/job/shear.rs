@@ -84,7 +84,7 @@ impl Scenario {
         page.section("contact", |page| job.contact.keys(page, 0.0));
         page.section("packing", |page| job.packing.keys(page));
         page.section("loading", |page| job.loading.keys(page));
-        page.section("oracle", |page| job.oracle.keys(page, Laplacian::OF_SHEAR, |_| 0));
+        page.section("oracle", |page| job.oracle.keys(page, Laplacian::OF_SHEAR));
         page.section("coupling", |page| job.coupling.keys(page));
         page.section("enrichment", |page| job.enrichment.keys(page));
         page.section("zone", |page| job.enrichment.life.keys(page));
@@ -120,7 +120,7 @@ impl Scenario {
             Material::table(),
             section("continuum", "the grid of the continuum", |form| job.continuum.keys(form)),
             section("loading", "what is done to the specimen", |form| job.loading.keys(form)),
-            section("oracle", "shear band detection", |form| job.oracle.keys(form, Laplacian::OF_SHEAR, |_| 0)),
+            section("oracle", "shear band detection", |form| job.oracle.keys(form, Laplacian::OF_SHEAR)),
             section("coupling", "how grains are held to nodes that they share with points", |form| {
                 job.coupling.keys(form)
             }),

@@ -16,7 +16,7 @@ use scree::prepare::plates;
 use scree::prepare::point_world;
 use scree_partition::Solo;
 
-use crate::worlds::{PlanarPoint, PlanarWorld, Random, job};
+use crate::worlds::{PlanarPoint, PlanarWorld, Random, job, mobilised};
 
 /// What the oracle said over a run.
 struct Story {
@@ -43,11 +43,21 @@ fn shares(points: &[(f64, f64)], is_flagged: impl Fn(f64) -> bool) -> [f64; 2] {
     })
 }
 
-/// A continuum alone, watched to the end of the run or until the oracle fires.
+/// A continuum alone, watched to the end of the run or until the oracle of the job fires.
 fn watched(sets: &[&str]) -> Story {
-    let scenario = job(&[&["method=mpm"], sets].concat());
-    let start = plates::prepare(&scenario, &Solo).unwrap();
-    let mut world = plates::world(&scenario, &Solo, start).unwrap();
+    story_of(&job(&[&["method=mpm"], sets].concat()))
+}
+
+/// The same by how shear concentrates, with the numbers that every job has.
+fn watched_for_concentration(sets: &[&str]) -> Story {
+    let mut scenario = job(&[&["method=mpm"], sets].concat());
+    scenario.oracle.criterion = Criterion::Concentration(BOX);
+    story_of(&scenario)
+}
+
+fn story_of(scenario: &Scenario) -> Story {
+    let start = plates::prepare(scenario, &Solo).unwrap();
+    let mut world = plates::world(scenario, &Solo, start).unwrap();
     let mut memory = Memory::default();
     let mut story = Story {
         fired: None,
@@ -59,7 +69,7 @@ fn watched(sets: &[&str]) -> Story {
     };
     let plate = |world: &PlanarWorld| world.bodies[1].displacement[0];
     let (mut before, mut plate_before) = (BTreeMap::new(), 0.0);
-    while story.fired.is_none() && world.step < derived::steps(&scenario) {
+    while story.fired.is_none() && world.step < derived::steps(scenario) {
         world.advance().unwrap();
         if !world.step.is_multiple_of(scenario.oracle.every) {
             continue;
@@ -69,7 +79,7 @@ fn watched(sets: &[&str]) -> Story {
             let strain = world.bodies[1].displacement[0] / scenario.specimen.width;
             story.fired = Some((strain, memory.clock, memory.looks));
         }
-        story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(&scenario, *node)));
+        story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(scenario, *node)));
         let law = world.settings.material.clone();
         let strain = |point: &PlanarPoint| (point.hot.position[1], law.plastic_strain(&point.hot.memory));
         let more = |point: &PlanarPoint| {
@@ -467,6 +477,7 @@ fn grown(rows: &[f64]) -> NodeFields {
     for (node, present) in fields.present.iter_mut().enumerate() {
         *present = true;
         fields.recent[node] = rows[node / 6];
+        fields.rate[node] = 100.0 * rows[node / 6];
     }
     fields
 }
@@ -498,11 +509,35 @@ fn a_band_grows_by_more_than_the_window() {
     rows[10] = 1.01 * BOX.window;
     assert_eq!(grown(&rows).concentrated(&BOX, 3, 0.0).0.len(), 6);
     assert_eq!(grown(&rows).concentrated(&BOX, 3, BOX.window), (Vec::new(), 0.0));
-    // Contrast: twice the calmer half of the box does not do.
+    // Contrast: twice the calmer half of the box does not do, where that may shear on.
+    let by = Concentration { participation: 0.99, calm: 1.0, ..BOX };
     let rows: Vec<f64> = (0..21).map(|row| if row == 10 { 1.9e-2 } else { 1e-2 }).collect();
-    assert!(grown(&rows).concentrated(&Concentration { participation: 0.99, ..BOX }, 3, 0.0).0.is_empty());
+    assert!(grown(&rows).concentrated(&by, 3, 0.0).0.is_empty());
     let rows: Vec<f64> = (0..21).map(|row| if row == 10 { 2.1e-2 } else { 1e-2 }).collect();
-    assert_eq!(grown(&rows).concentrated(&Concentration { participation: 0.99, ..BOX }, 3, 0.0).0.len(), 6);
+    assert_eq!(grown(&rows).concentrated(&by, 3, 0.0).0.len(), 6);
+}
+
+/// While what is beside it shears on, the place of a band is not settled: the calmer half of the box, three rows of seven and half of another, has to stand still.
+#[test]
+fn what_is_beside_a_band_stands_still() {
+    let rows = |beside: f64| -> Vec<f64> { (0..21).map(|row| if row == 10 { 2e-2 } else { beside }).collect() };
+    // The mean of the box is (2e-2 + 6 b)/7, of which 5 % are b.
+    let limit = 0.05 * 2e-2 / (7.0 - 6.0 * 0.05);
+    assert_eq!(grown(&rows(0.99 * limit)).concentrated(&BOX, 3, 0.0).0, (60..66).collect::<Vec<u64>>());
+    assert!(grown(&rows(1.01 * limit)).concentrated(&BOX, 3, 0.0).0.is_empty());
+}
+
+/// A band has softened by more than packings differ: it has sheared by so much more than the calmer half of its box.
+#[test]
+fn a_band_has_sheared_more_than_what_is_beside_it() {
+    let mut rows = [0.0; 21];
+    rows[10] = 2e-2;
+    let mut fields = grown(&rows);
+    let mut flagged = |beyond: f64| -> usize {
+        (0..126).for_each(|node| fields.rate[node] = if node / 6 == 10 { 1e-2 + beyond } else { 1e-2 });
+        fields.concentrated(&BOX, 3, 0.0).0.len()
+    };
+    assert_eq!([0.99, 1.01].map(|share| flagged(share * BOX.excess)), [0, 6]);
 }
 
 /// A box as wide as the period holds every node once; without a period it ends where the grid does.
@@ -520,16 +555,39 @@ fn boxes_know_the_period() {
     assert_eq!(mean(&fields, 1), 1.0 / 6.0);
 }
 
-/// Shear that concentrates more and more is a band; one that stays as it is, is none, unless it has been one before.
+/// A dense specimen that hardens before it softens shears evenly, and then in a band at its weak row; a loose one hardens on, with a weak region or without, and the oracle
+/// is silent. It is where a material is elastic up to its cone, too: such a band is there from the first plastic strain on, and nothing sharpens.
+#[test]
+fn concentration_tells_a_dense_specimen_from_a_loose_one() {
+    let mut scenario = mobilised(&["method=mpm", "loading.strain_end=0.15"]);
+    scenario.oracle.criterion = Criterion::Concentration(BOX);
+    let dense = story_of(&scenario);
+    let (strain, ..) = dense.fired.expect("the oracle stayed silent");
+    println!("dense: fired at {strain}, rows {:?}", dense.rows_ever);
+    let rows: BTreeSet<u64> = dense.flagged.iter().map(|node| node / 4).collect();
+    assert!(!rows.is_empty() && rows.is_subset(&rows_between(12e-3, 24e-3)), "flagged rows {rows:?}");
+    let elastic_first = watched_for_concentration(&[DENSE, CRITICAL, "loading.strain_end=0.1"]);
+    assert_eq!(elastic_first.fired, None);
+    for deficit in ["0", "0.002"] {
+        let weak = format!("continuum.weak.0.fraction_deficit={deficit}");
+        let loose = [LOOSE, CRITICAL, "material.dilation_factor=7", "loading.strain_end=0.1", &weak];
+        let loose = watched_for_concentration(&loose);
+        assert_eq!((loose.fired, loose.flagged), (None, Vec::new()), "deficit {deficit}");
+        assert!(loose.plastic_max > 0.02, "it should have flowed: {}", loose.plastic_max);
+    }
+}
+
+/// Shear that concentrates more and more is a band, as soon as what is beside it stands still; one that stays as it is, is none, unless it has been one before.
 #[test]
 fn a_band_sharpens() {
     let oracle = Oracle { criterion: Criterion::Concentration(BOX), every: 1 };
-    let story = |participations: &[f64]| -> Vec<usize> {
+    let story = |participations: &[f64], settled: usize| -> Vec<usize> {
         let (mut memory, mut found) = (Memory::default(), Vec::new());
         for (look, participation) in participations.iter().enumerate() {
             let (slot, begin) = memory.look(BOX.window / 4.0, &oracle);
             memory.seen[slot].participation = *participation;
-            if begin.is_some_and(|begin| memory.sharpens(vec![7], begin, &BOX)) {
+            let flagged = if look < settled { Vec::new() } else { vec![7] };
+            if begin.is_some_and(|begin| memory.sharpens(flagged, begin, &BOX)) {
                 found.push(look);
             }
         }
@@ -537,9 +595,10 @@ fn a_band_sharpens() {
     };
     // Slowly, as what is uneven from the start does, it may fall as far as it likes.
     let slowly: Vec<f64> = (0..60).map(|look| 0.98f64.powi(look)).collect();
-    assert!(story(&slowly).is_empty());
+    assert!(story(&slowly, 0).is_empty());
     let fast: Vec<f64> = (0..20).map(|look| if look < 10 { 0.9 } else { 0.9 * 0.93f64.powi(look - 10) }).collect();
-    let found = story(&fast);
+    let found = story(&fast, 0);
     assert_eq!(found[0], 14, "0.93^4 is below 0.8: {found:?}");
     assert_eq!(found[1], 18, "a window later it stands: {found:?}");
+    assert_eq!(story(&fast, 17)[0], 17, "it has sharpened before it settles");
 }

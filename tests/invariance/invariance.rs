@@ -7,13 +7,12 @@ use scree::base::space::Plane;
 use scree::couple::oracle::{Criterion, Memory};
 use scree::dem::grains::Mover;
 use scree::job::{Job, Scenario};
-use scree::law::material::ConstitutiveLaw;
 use scree::run::start;
 use scree::store::checkpoint::{self, Snapshot};
 use scree_partition::transport::threads;
 
 use crate::runs::{copy_folder, done, options, result};
-use crate::worlds::packed_job;
+use crate::worlds::{mobilised, packed_job};
 
 /// Runs one at a time: ranks that wait for each other should not wait for another test's as well.
 fn turn() -> MutexGuard<'static, ()> {
@@ -71,19 +70,6 @@ fn a_continuum_ends_in_the_same_bits_on_any_ranks() {
     assert!(populations(&series).iter().all(|[grains, points]| *grains == 0 && *points > 150));
 }
 
-/// A job of planar shear whose material is that of a file of another law, which mobilises its friction by plastic shear.
-fn mobilised(sets: &[&str]) -> Scenario {
-    let text = packed_job(sets).to_toml();
-    let (head, rest) = text.split_once("\n[material]\n").unwrap();
-    let (_, tail) = rest.split_once("\n[continuum]\n").unwrap();
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/materials/planar_shear_mobilised.toml");
-    let text = format!("{head}\n[material]\nfile = \"{file}\"\n\n[continuum]\n{tail}");
-    let scenario = Scenario::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-    assert!(matches!(scenario.material.law, ConstitutiveLaw::MobilisedFriction(_)));
-    assert_eq!(scenario.material.law.fraction(), None);
-    scenario
-}
-
 /// Planar shear takes any law of the list, and any scheme where points are alone.
 #[test]
 fn planar_shear_of_another_law_ends_in_the_same_bits() {
@@ -120,10 +106,16 @@ fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
     assert!(last("work_nodes") != 0.0 && last("ledger_residual").abs() < 1e-3, "{series}");
 }
 
-/// A continuum as uneven as its packing, whose strain is nonlocal and whose shear is watched for how it concentrates; the zone holds grains of the upper plate.
+/// A continuum as uneven as its packing, whose strain is nonlocal and whose shear is watched for how it concentrates; the zone holds grains of the upper plate, which
+/// push it in every step of theirs.
 #[test]
 fn a_zone_at_a_plate_in_a_nonlocal_continuum_ends_in_the_same_bits() {
+    [1, 4].iter().for_each(|steps| zone_at_a_plate(&format!("time.grain_steps={steps}")));
+}
+
+fn zone_at_a_plate(grain_steps: &str) {
     let at_plate = [
+        grain_steps,
         "continuum.weak.0.lower=[0.0, 0.027]",
         "continuum.weak.0.upper=[0.012, 0.033]",
         "continuum.heterogeneity=packing",
@@ -132,7 +124,7 @@ fn a_zone_at_a_plate_in_a_nonlocal_continuum_ends_in_the_same_bits() {
     let text = mobilised(&[&at_plate[..], &QUICK[..]].concat()).to_toml();
     let (head, rest) = text.split_once("\n[oracle]\n").unwrap();
     let (_, tail) = rest.split_once("\n[").unwrap();
-    let oracle = "criterion = \"concentration\"\nparticipation = 0.9\ncontrast = 1.2\nsharpening = 0.95\nreach = 6\nevery = 20\n";
+    let oracle = "criterion = \"concentration\"\nparticipation = 0.9\ncontrast = 1.2\nsharpening = 0.95\ncalm = 1.0\nexcess = 0.0\nreach = 6\nevery = 20\n";
     let text = format!("{head}\n[oracle]\n{oracle}\n[{tail}");
     let scenario = Scenario::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     assert!(matches!(scenario.oracle.criterion, Criterion::Concentration(_)));
@@ -147,6 +139,11 @@ fn a_zone_at_a_plate_in_a_nonlocal_continuum_ends_in_the_same_bits() {
         assert!(off.abs() < 1e-12, "a grain of the plate is off it by {off} m");
     }
     assert_ne!(snapshot.progress.oracle.seen, Memory::default().seen);
+    // The plate takes what grains and points put on it, and nothing else.
+    let summary = std::fs::read_to_string(folder.path().join("1/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let off = summary["conservation"]["momentum"]["error"].as_f64().unwrap();
+    assert!(off < 1e-13, "momentum off by {off}");
 }
 
 /// A short run through enrichment.

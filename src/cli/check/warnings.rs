@@ -6,6 +6,7 @@ use crate::couple::oracle::Criterion;
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
 use crate::job::mpm::{InitialStress, Load, Mpm, Region, RegionShape, figures as of};
+use crate::law::material::ConstitutiveLaw;
 use crate::mpm::faces::BEYOND;
 use crate::mpm::scheme::ShapeFunction;
 
@@ -167,6 +168,17 @@ fn hybrid(slots: &Slots) -> Vec<String> {
             figures(forecast.zone),
             figures(forecast.speed_up)
         ));
+    }
+    let concentrates = job.oracle.is_some_and(|watch| matches!(watch.oracle.criterion, Criterion::Concentration(_)));
+    if concentrates && matches!(job.material.law, ConstitutiveLaw::CriticalDruckerPrager(_)) {
+        warnings.push(
+            "material.law = \"critical_drucker_prager\" is elastic up to its cone: a band is there from the first plastic strain on and does not sharpen, so that oracle.criterion = \"concentration\" may find none. Take \"mobilised_friction\", or criterion = \"laplacian\".".into(),
+        );
+    }
+    if matches!(job.material.law, ConstitutiveLaw::MobilisedFriction(_)) && job.nonlocal.is_none() {
+        warnings.push(
+            "material.law = \"mobilised_friction\" softens, and without a length of its own such a continuum puts its band into one row of cells before grains come to their peak. Add [nonlocal] with a radius of some ten mean diameters.".into(),
+        );
     }
     let recent_strain = job.oracle.and_then(|watch| match watch.oracle.criterion {
         Criterion::Laplacian(by) => Some(by.recent_strain),

@@ -42,7 +42,7 @@ impl Mpm {
         page.section("gravity", |page| job.gravity.keys(page));
         page.section("time", |page| job.keys_of_time(page));
         if let Some(watch) = &mut job.oracle {
-            page.section("oracle", |page| watch.keys(page, |_| 0));
+            page.section("oracle", |page| watch.keys(page));
         }
         page.section("decomposition", |page| job.keys_of_decomposition(page));
         if let Some(nonlocal) = &mut job.nonlocal {
@@ -183,7 +183,7 @@ impl Mpm {
             section("gravity", "the acceleration of all material", |form| job.gravity.keys(form)),
             section("time", "the time step and the end", |form| job.keys_of_time(form)),
             section("decomposition", "how the domain is cut", |form| job.keys_of_decomposition(form)),
-            section("oracle", "where a shear band would be replaced by grains", |form| watch.keys(form, |_| 0)),
+            section("oracle", "where a shear band would be replaced by grains", |form| watch.keys(form)),
             section("grains", "sizes and matter of the grains", |form| {
                 keys_of_grains(form, &mut piece.matter, &mut piece.source);
             }),
@@ -573,7 +573,7 @@ impl RigidBody {
 impl Watch {
     pub(in crate::job) const BLANK: Self = Self { diameter: f64::NAN, oracle: Oracle::DEFAULT };
 
-    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form, every: impl Fn(f64) -> u64) {
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         let diameter = number("diameter", "D50 of those grains", LENGTH, POSITIVE, "\"1 mm\"");
         // Where the job has grains, it is theirs.
         let known = !self.diameter.is_nan();
@@ -581,7 +581,7 @@ impl Watch {
             &mut self.diameter,
             if known { diameter.follows("that of the grains") } else { diameter.required("in a job without grains") },
         );
-        self.oracle.keys(form, Laplacian::OF_GRID, every);
+        self.oracle.keys(form, Laplacian::OF_GRID);
     }
 }
 

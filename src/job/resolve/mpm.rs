@@ -465,7 +465,8 @@ fn oracle(typed: &Typed, job: &Mpm) -> Result<Option<Watch>, Error> {
     if let Some(grains) = &job.grains {
         watch.diameter = grains.piece.matter.diameter_mean;
     }
-    watch.keys(&mut table, |_| LOOK_EVERY_DEFAULT * job.grain_steps);
+    watch.oracle.every = LOOK_EVERY_DEFAULT * job.grain_steps;
+    watch.keys(&mut table);
     Ok(Some(watch))
 }
 

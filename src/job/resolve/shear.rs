@@ -94,9 +94,11 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     }
     // Steps in which a band one cell thick shears by 1 at full speed.
     let steps_per_strain = job.continuum.cell / (job.loading.speed * job.time.step);
-    job.oracle.every = steps_between_looks(job.oracle.window(), steps_per_strain);
-    let mut oracle = typed.table("oracle", method == Method::Hybrid, &why);
-    job.oracle.keys(&mut oracle, Laplacian::OF_SHEAR, |window| steps_between_looks(window, steps_per_strain));
+    let mut oracle = typed.table("oracle", false, &why);
+    job.oracle.keys(&mut oracle, Laplacian::OF_SHEAR);
+    if !oracle.has("every") {
+        job.oracle.every = steps_between_looks(job.oracle.window(), steps_per_strain);
+    }
     let mut nonlocal = typed.table_if_typed("nonlocal");
     if nonlocal.is_typed() {
         job.nonlocal.insert(Nonlocal::BLANK).keys(&mut nonlocal);
