@@ -11,7 +11,8 @@
 //! the whole cycle at once, at its end. With m = 1 this is the scheme of Yue et al. (2018).
 //!
 //! Bodies take the whole cycle at once, at its beginning, under the force that grains and nodes then put on them; what they take of both is
-//! booked as it comes, and what a servo did not foresee of it is given to it in the next cycle. Nothing is looked at and no row moves within a cycle, so that nodes in mid-cycle are no state.
+//! booked as it comes, and what a servo did not foresee of it is given to it in the next cycle. Nothing is looked at and no row moves within
+//! a cycle, so that nodes in mid-cycle are no state.
 
 use crate::base::space::{Linear, Space};
 use crate::domain::grid::{BoundaryConditions, Moment};
