@@ -41,9 +41,11 @@ pub fn watch<S: Space>(
         return Ok(false);
     }
     let found = match &settings.criterion {
-        Criterion::Laplacian(by) => look_for_bends(world, memory, (settings, by), (&since, fastest), diameter)?,
+        Criterion::Laplacian(by) => {
+            look_for_bends(world, memory, &Sight { settings, by, since: &since, fastest, diameter })?
+        }
         Criterion::Concentration(by) => {
-            look_for_concentration(world, memory, (settings, by), (&since, fastest), diameter)?
+            look_for_concentration(world, memory, &Sight { settings, by, since: &since, fastest, diameter })?
         }
     };
     let slot = memory.slot_last().expect("a look has just been taken");
@@ -57,13 +59,22 @@ pub fn watch<S: Space>(
 /// Plastic strain of a point since the look of a slot, or since the start.
 type Since<'a, S> = &'a (dyn Fn(&Hot<S>, &Past<S>, Option<usize>) -> f64 + Sync);
 
+/// What a look by a criterion goes by.
+struct Sight<'a, S: Space, C> {
+    settings: &'a Oracle,
+    by: &'a C,
+    since: Since<'a, S>,
+    /// The largest since the last look.
+    fastest: f64,
+    /// D50, m.
+    diameter: f64,
+}
+
 /// Algorithm 1 of Chen et al. (2021).
 fn look_for_bends<S: Space>(
     world: &mut World<S>,
     memory: &mut Memory,
-    (settings, by): (&Oracle, &Laplacian),
-    (since, fastest): (Since<'_, S>, f64),
-    diameter: f64,
+    &Sight { settings, by, since, fastest, diameter }: &Sight<'_, S, Laplacian>,
 ) -> Result<bool, Error> {
     let last = memory.slot_last();
     let (_, Some(begin)) = memory.look(fastest, settings) else { return Ok(false) };
@@ -77,9 +88,7 @@ fn look_for_bends<S: Space>(
 fn look_for_concentration<S: Space>(
     world: &mut World<S>,
     memory: &mut Memory,
-    (settings, by): (&Oracle, &Concentration),
-    (since, fastest): (Since<'_, S>, f64),
-    diameter: f64,
+    &Sight { settings, by, since, fastest, diameter }: &Sight<'_, S, Concentration>,
 ) -> Result<bool, Error> {
     // Nodes from the middle of a box to its sides.
     let reach = (by.reach * diameter / world.subdomain.layout.cell).round().max(2.0) as usize;

@@ -72,8 +72,9 @@ pub struct Body<S: Space> {
     pub displacement: S::Vector,
     pub velocity: S::Vector,
     pub spin: S::Spin,
-    /// Mean of the velocities on either side of the forces of a step, by which these do work, m/s; made within it.
+    /// Means of velocity and spin on either side of the forces of a step, by which these do work, m/s and rad/s; made within it.
     pub velocity_mean: S::Vector,
+    pub spin_mean: S::Spin,
     /// Impulse (N s) and angular impulse about the body's own origin (N m s) of the material on the body since the last row
     /// of the series.
     pub impulse: S::Vector,
@@ -164,6 +165,7 @@ impl<S: Space> Body<S> {
             velocity: zero,
             spin: S::Spin::zero(),
             velocity_mean: zero,
+            spin_mean: S::Spin::zero(),
             impulse: zero,
             impulse_angular: S::Spin::zero(),
             impulse_whole: zero,
@@ -219,13 +221,12 @@ impl<S: Space> Body<S> {
         }
     }
 
-    /// Whether its motion asks for nodes: a servo moves what it holds, and a plate has one as a rule. What nodes do to bodies is counted where
-    /// they are held.
+    /// Whether its motion asks for nodes: a servo moves what it holds. What nodes do to bodies is counted where they are held.
     pub fn feels_nodes(&self) -> bool {
-        self.is_plate() || self.carries()
+        self.carries() || (self.is_plate() && self.servo.is_some())
     }
 
-    /// Whether a servo moves nodes with it.
+    /// Whether a servo moves nodes with it that lie in it.
     pub fn carries(&self) -> bool {
         self.grip.is_some() && self.servo.is_some()
     }
@@ -289,9 +290,8 @@ impl<S: Space> Body<S> {
         matches!(self.shape, Shape::Plate { .. })
     }
 
-    /// New velocity under `reaction`; returns those of before, of places and of the spin. Held nodes are part of the moving mass, so that a
-    /// light plate on a heavy continuum is stable.
-    pub fn accelerate(&mut self, reaction: &Reaction<S>, time: f64, dt: f64) -> (S::Vector, S::Spin) {
+    /// New velocity under `reaction`. Held nodes are part of the moving mass, so that a light plate on a heavy continuum is stable.
+    pub fn accelerate(&mut self, reaction: &Reaction<S>, time: f64, dt: f64) {
         let (before, spin_before) = (self.velocity, self.spin);
         let instant = self.led_at(time);
         self.velocity = instant.velocity;
@@ -307,18 +307,18 @@ impl<S: Space> Body<S> {
             self.velocity += n * (speed - self.velocity.dot(&n));
         }
         self.velocity_mean = (before + self.velocity) * 0.5;
-        (before, spin_before)
+        self.spin_mean = (spin_before + self.spin) * 0.5;
     }
 
-    /// The impulse that the material gave within a step of the whole body, whose velocity and spin were those `before`.
-    pub fn account(&mut self, reaction: &Reaction<S>, (before, spin_before): &(S::Vector, S::Spin), dt: f64) {
+    /// Takes in what the material gave within the step that has just moved it.
+    pub fn account(&mut self, reaction: &Reaction<S>, dt: f64) {
         let impulse = reaction.impulse(&self.velocity, dt);
         let turn = reaction.torque * dt;
         self.impulse += impulse;
         self.impulse_whole += impulse - reaction.force * ((1.0 - reaction.kick) * dt);
         self.impulse_angular += turn;
         // By the mean of the velocities on either side of the force: the work that changes kinetic energies by as much.
-        self.work -= 0.5 * (impulse.dot(&(*before + self.velocity)) + turn.dot(&(*spin_before + self.spin)));
+        self.work -= impulse.dot(&self.velocity_mean) + turn.dot(&self.spin_mean);
     }
 
     /// Momentum (N s) and mass (kg) of a node that a servo moves with the body: all of a node that it holds rough; else
@@ -341,7 +341,7 @@ impl<S: Space> Body<S> {
 
     pub fn drift(&mut self, dt: f64) {
         self.displacement += self.velocity * dt;
-        self.velocity_mean = self.velocity;
+        (self.velocity_mean, self.spin_mean) = (self.velocity, self.spin);
     }
 
     /// How far its path leads from one time to a later one, m; a servo is not asked.

@@ -106,7 +106,7 @@ impl Reactions {
         }
         // Of other bodies the account of their step has it.
         if body.is_plate() {
-            self.sums.add(WORK + number, -impulse.dot(&body.velocity_mean));
+            self.sums.add(WORK + number, -(impulse.dot(&body.velocity_mean) + turn.dot(&body.spin_mean)));
         }
         if let Some(servo) = &body.servo {
             self.sums.add(UNFORESEEN + number, impulse.dot(&servo.direction));

@@ -60,13 +60,13 @@ impl<S: Space> World<'_, S> {
         let Self { bodies, reactions, transport, .. } = self;
         for (number, (body, slots)) in bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)).enumerate() {
             let reaction = reaction(slots, kick);
-            let before = body.accelerate(&reaction, time, dt);
+            body.accelerate(&reaction, time, dt);
             if let Some(servo) = body.servo.as_ref().filter(|_| foresees && transport.rank() == 0) {
                 reactions.foresee(number, reaction.impulse(&body.velocity, dt).dot(&servo.direction));
             }
             // Else it is booked as it comes.
             if !(booked && body.is_plate()) {
-                body.account(&reaction, &before, dt);
+                body.account(&reaction, dt);
             }
         }
         Ok(())
