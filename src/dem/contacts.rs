@@ -5,11 +5,11 @@ use std::cmp::Ordering;
 use std::time::Instant;
 
 use crate::base::ids::GrainId;
-use crate::base::lane::{Instructions, LANES};
+use crate::base::lane::{Instructions, LANES, Pack, Packed};
 use crate::base::space::{Linear, Space};
 use crate::dem::cell::{Cell, Shifts};
-use crate::dem::grains::{Grains, lanes};
-use crate::dem::kernel::{Given, Pass, Side, pair_pass, pair_weight, side_of_row, touch};
+use crate::dem::grains::{Grains, lanes, vector};
+use crate::dem::kernel::{Given, Pass, Side, of_side, pair_pass, pair_weight, row_words, side_words, touch};
 use crate::dem::law::Law;
 use crate::dem::memories::Carried;
 use crate::dem::neighbours::{Neighbours, Pair};
@@ -34,8 +34,6 @@ pub struct Contacts<S: Space> {
     /// Tasks of a pass over segments, and numbers of a room.
     tasks: usize,
     room: usize,
-    /// Words of a pair's row of forces.
-    row: usize,
     shifts: Shifts<S>,
     instructions: Instructions,
 }
@@ -43,10 +41,13 @@ pub struct Contacts<S: Space> {
 /// Tasks that a thread finds in a pass over segments, so that none waits long for another.
 const TASKS_PER_THREAD: usize = 4;
 
+/// Pairs of a list in order whose forces are summed at a time: whole packs, and rows that fit a first-level cache.
+const SUMMED: usize = 16 * LANES;
+
 /// Numbers in a line of the cache.
 const LINE: usize = 8;
 
-/// Numbers that begin with a line of the cache: a pair's row in space is a line, one in the plane half of one.
+/// Numbers that begin with a line of the cache: a pair's row in the plane is a line, one in space a line and a half.
 #[derive(Clone, Debug, Default)]
 struct Lines(Vec<f64>, usize);
 
@@ -84,7 +85,6 @@ impl<S: Space> Contacts<S> {
             kept: false,
             tasks: 1,
             room: 0,
-            row: 0,
             shifts: Shifts::of(cell),
             instructions: Instructions::best(),
         }
@@ -116,34 +116,34 @@ impl<S: Space> Contacts<S> {
         margin: f64,
     ) {
         self.neighbours.build(grains, cell, margin);
-        (self.words, self.row) = (law.memory_words(), law.row_words());
+        self.words = law.memory_words();
         self.memory = vec![0.0; self.neighbours.pairs.len() * self.words];
         match self.neighbours.in_order {
             true => self.fit_rooms(),
             false => self.lay_forces(),
         }
+        let Self { neighbours, memory, words, .. } = self;
         for row in 0..grains.owned {
             // Both run in the order of partner ids: memories are moved along, not searched for.
             let mut memories = carried(row).peekable();
-            for at in self.neighbours.starts[row]..self.neighbours.starts[row + 1] {
-                let term = self.neighbours.terms[at as usize];
-                let partner = grains.cold[self.neighbours.partner(term) as usize].id;
+            for term in neighbours.terms_of(row) {
+                let partner = grains.cold[neighbours.partner(*term) as usize].id;
                 while memories.next_if(|(id, _)| *id < partner).is_some() {}
-                if let Some((_, memory)) = memories.next_if(|(id, _)| *id == partner) {
-                    self.remember(term.pair(), &memory);
+                if let Some((_, remembered)) = memories.next_if(|(id, _)| *id == partner) {
+                    remember(memory, *words, term.pair(), &remembered);
                 }
             }
         }
     }
 
     fn lay_forces(&mut self) {
-        self.outer = Lines::new((self.neighbours.pairs.len() - self.neighbours.within()) * self.row);
+        self.outer = Lines::new((self.neighbours.pairs.len() - self.neighbours.within()) * row_words::<S>());
         self.tasks = match rayon::current_num_threads() {
             1 => 1,
             // No more than there is work for: each has a room.
             threads => (threads * TASKS_PER_THREAD).min(self.neighbours.segment_ends.len()).max(1),
         };
-        self.room = (self.neighbours.segment_most() * self.row).next_multiple_of(LINE);
+        self.room = (self.neighbours.segment_most() * row_words::<S>()).next_multiple_of(LINE);
         self.inner = Lines::default();
         self.lay_inner();
     }
@@ -151,7 +151,7 @@ impl<S: Space> Contacts<S> {
     /// Room for the forces of a step. Where they have once been looked at they will be again: there is room for all from then
     /// on, so that steps with and without a look allocate nothing.
     fn lay_inner(&mut self) {
-        let all = if self.kept { self.neighbours.within() * self.row } else { 0 };
+        let all = if self.kept { self.neighbours.within() * row_words::<S>() } else { 0 };
         let count = all.max(self.tasks * self.room);
         if self.inner.numbers().len() < count {
             self.inner = Lines::new(count);
@@ -167,7 +167,7 @@ impl<S: Space> Contacts<S> {
 
     /// Makes rooms large enough that are not its own.
     pub fn fit_rooms(&mut self) {
-        let outer = (self.neighbours.pairs.len() - self.neighbours.within()) * self.row;
+        let outer = (self.neighbours.pairs.len() - self.neighbours.within()) * row_words::<S>();
         if self.outer.numbers().len() < outer {
             self.outer = Lines::new(outer);
         }
@@ -180,12 +180,6 @@ impl<S: Space> Contacts<S> {
         if keeps && !self.kept {
             self.kept = true;
             self.lay_inner();
-        }
-    }
-
-    fn remember(&mut self, pair: usize, memory: &Memory) {
-        for (word, value) in memory.words().iter().enumerate() {
-            self.memory[(pair / LANES * self.words + word) * LANES + pair % LANES] = *value;
         }
     }
 
@@ -210,8 +204,9 @@ impl<S: Space> Contacts<S> {
 
     /// What the last evaluation gave to the two grains of a pair, weighted.
     pub fn given(&self, pair: usize) -> Given<S, f64> {
-        let [(force, torque_a), (_, torque_b)] = [false, true].map(|is_b| side_of_row::<S>(self.row_of(pair), is_b));
-        Given { force: lanes(&force), torque_a: lanes(&torque_a), torque_b: lanes(&torque_b) }
+        let (a, b) = self.row_of(pair).split_at(side_words::<S>());
+        let ((force, torque_a), (_, torque_b)) = (of_side::<S>(a), of_side::<S>(b));
+        Given { force, torque_a, torque_b }
     }
 
     /// Forces of a pair, of the last evaluation; they must have been kept.
@@ -219,8 +214,8 @@ impl<S: Space> Contacts<S> {
         debug_assert!(self.keeps);
         let within = self.neighbours.within();
         match pair < within {
-            true => row_of::<S>(self.inner.numbers(), pair, self.row),
-            false => row_of::<S>(self.outer.numbers(), pair - within, self.row),
+            true => row_of::<S>(self.inner.numbers(), pair),
+            false => row_of::<S>(self.outer.numbers(), pair - within),
         }
     }
 
@@ -255,26 +250,28 @@ impl<S: Space> Contacts<S> {
             Segments::Border => border..self.neighbours.pairs.len(),
         };
         let memory = &mut self.memory[pairs.start * self.words..pairs.end * self.words];
-        let forces = &mut self.outer.numbers_mut()[(pairs.start - within) * self.row..(pairs.end - within) * self.row];
+        let forces = &mut self.outer.numbers_mut()
+            [(pairs.start - within) * row_words::<S>()..(pairs.end - within) * row_words::<S>()];
         pair_pass(law, &pass, &self.neighbours.pairs[pairs], memory, forces);
     }
 
-    /// All pairs of a list in order, on this thread, and what they give to grains. Memories advance by the first of these times, s.
-    pub fn pass_in_order(&mut self, law: &dyn Law<S>, grains: &mut Grains<S>, [advance, dt]: [f64; 2]) {
+    /// All pairs of a list in order, and what each grain got from them. Forces are kept where they are looked at afterwards; else they are
+    /// summed a few at a time, while they lie in the nearest cache.
+    pub fn pass_in_order(&mut self, law: &dyn Law<S>, grains: &mut Grains<S>, [advance, dt]: [f64; 2], keeps: bool) {
         let Grains { hot, force, torque, .. } = grains;
         let pass = Pass { hot, first: 0, shifts: Some(&self.shifts), advance, dt, instructions: self.instructions };
-        let Neighbours { pairs, .. } = &self.neighbours;
-        let forces = &mut self.outer.numbers_mut()[..pairs.len() * self.row];
-        law.evaluate(&pass, pairs, &mut self.memory, forces);
+        let Neighbours { pairs, listed, .. } = &self.neighbours;
+        let (words, row) = (self.words, row_words::<S>());
         force.fill(S::Vector::zero());
         torque.fill(S::Spin::zero());
-        for (index, pair) in self.neighbours.pairs_in_order().iter().enumerate() {
-            let given = row_of::<S>(forces, index, self.row);
-            for (row, is_b) in [(pair.a as usize, false), (pair.b() as usize, true)] {
-                let (pushed, turned) = side_of_row::<S>(given, is_b);
-                force[row] += pushed;
-                torque[row] += turned;
-            }
+        for first in (0..pairs.len()).step_by(SUMMED) {
+            let end = (first + SUMMED).min(pairs.len());
+            let room = if keeps { first * row } else { 0 };
+            let forces = &mut self.outer.numbers_mut()[room..room + (end - first) * row];
+            law.evaluate(&pass, &pairs[first..end], &mut self.memory[first * words..end * words], forces);
+            // Those behind fill the last pack up.
+            let pairs = &pairs[first..end.min(*listed)];
+            self.instructions.run(SumInOrder::<S> { pairs, forces, force, torque });
         }
     }
 
@@ -289,7 +286,7 @@ impl<S: Space> Contacts<S> {
         finish: &impl Finish<S>,
     ) -> Passed {
         let (neighbours, owned) = (&self.neighbours, grains.owned);
-        let Grains { hot, cold, movers, waits, homes, force, torque, .. } = grains;
+        let Grains { hot, cold, movers, waits, alike, homes, force, torque, .. } = grains;
         let shared = Shared {
             law,
             memory: self.words,
@@ -297,10 +294,9 @@ impl<S: Space> Contacts<S> {
             instructions: self.instructions,
             neighbours,
             outer: self.outer.numbers(),
-            row: self.row,
             room: (!self.keeps).then_some(self.room),
             which,
-            resting: Resting { movers, waits, homes, cold },
+            resting: Resting { movers, waits, alike, homes, cold },
             finish,
         };
         let stretch = Stretch {
@@ -321,18 +317,13 @@ impl<S: Space> Contacts<S> {
 
     /// The pairs of a list in order with the force that each gave to its first grain at the last evaluation, N.
     pub fn forces_in_order(&self) -> impl Iterator<Item = (&Pair, S::Vector)> {
-        let rows = self.outer.numbers().chunks_exact(self.row);
-        self.neighbours.pairs_in_order().iter().zip(rows).map(|(pair, row)| (pair, side_of_row::<S>(row, false).0))
+        let rows = self.outer.numbers().chunks_exact(row_words::<S>());
+        self.neighbours.pairs_in_order().iter().zip(rows).map(|(pair, row)| (pair, vector(&of_side::<S>(row).0)))
     }
 
     /// Force on the first grain of a pair at the last evaluation, weighted, N; zero where the two do not touch.
     pub(crate) fn force_of(&self, pair: usize) -> S::Vector {
-        let words = self.row_of(pair);
-        let mut force = S::Vector::zero();
-        for axis in 0..S::DIMENSION {
-            force[axis] = words[axis];
-        }
-        force
+        vector(&of_side::<S>(self.row_of(pair)).0)
     }
 
     /// The two grains of a pair as the law sees them, with velocities of now and no time passed.
@@ -393,6 +384,43 @@ impl<S: Space> Contacts<S> {
     pub fn bytes(&self) -> usize {
         self.neighbours.bytes()
             + (self.memory.capacity() + self.inner.0.capacity() + self.outer.0.capacity()) * size_of::<f64>()
+    }
+}
+
+/// Adds what pairs of a list in order gave to their grains.
+struct SumInOrder<'a, S: Space> {
+    pairs: &'a [Pair],
+    forces: &'a [f64],
+    force: &'a mut [S::Vector],
+    torque: &'a mut [S::Spin],
+}
+
+impl<S: Space> Packed for SumInOrder<'_, S> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        for (pair, given) in self.pairs.iter().zip(self.forces.chunks_exact(row_words::<S>())) {
+            let (a, b) = given.split_at(side_words::<S>());
+            for (row, side) in [(pair.a as usize, a), (pair.b() as usize, b)] {
+                // Read, added to and written whole, so that a register holds several components.
+                let (mut force, mut torque) = (self.force[row], self.torque[row]);
+                for axis in 0..S::DIMENSION {
+                    force[axis] += side[axis];
+                }
+                for axis in 0..S::Spin::COMPONENTS {
+                    torque[axis] += side[S::DIMENSION + axis];
+                }
+                (self.force[row], self.torque[row]) = (force, torque);
+            }
+        }
+    }
+}
+
+/// Keeps what a pair remembers, `words` of it, in memories by packs.
+fn remember(memories: &mut [f64], words: usize, pair: usize, memory: &Memory) {
+    for (word, value) in memory.words().iter().enumerate() {
+        memories[(pair / LANES * words + word) * LANES + pair % LANES] = *value;
     }
 }
 

@@ -1,6 +1,7 @@
 //! Grains as rows: what a contact reads every step apart from what is needed now and then.
 
 use crate::base::ids::{GrainId, Row};
+use crate::base::lane::LANES;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space, Words};
 use crate::dem::cell::{Image, visit_image};
@@ -106,6 +107,8 @@ pub struct Grains<S: Space> {
     /// Both, ascending: what pushes them is not known yet when contacts with other grains are summed. And the same by row.
     pub waiting: Vec<Row>,
     pub waits: Vec<bool>,
+    /// Of every eight owned rows side by side, from the first on, whether all are free and wait for nothing: the same is done with each.
+    pub alike: Vec<bool>,
     /// Ties of owned rows to the continuum.
     pub springs: Vec<PenaltySpring<S>>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
@@ -126,6 +129,7 @@ impl<S: Space> Default for Grains<S> {
             near_bodies: Vec::new(),
             waiting: Vec::new(),
             waits: Vec::new(),
+            alike: Vec::new(),
             springs: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
@@ -202,6 +206,11 @@ impl<S: Space> Grains<S> {
         self.waits.clear();
         self.waits.resize(self.owned, false);
         self.waiting.iter().for_each(|row| self.waits[*row as usize] = true);
+        let is_alike = |(movers, waits): (&[Mover; LANES], &[bool; LANES])| {
+            movers.iter().all(|mover| *mover == Mover::Free) && !waits.contains(&true)
+        };
+        let (movers, waits) = (self.movers.as_chunks().0, self.waits.as_chunks().0);
+        self.alike = movers.iter().zip(waits).map(is_alike).collect();
     }
 
     /// Gives up what only a rebuild reads of free grains in the order of their ids, from none on; [`Self::restore_cold`] tells it again.
@@ -209,7 +218,7 @@ impl<S: Space> Grains<S> {
         debug_assert!(self.cold.iter().enumerate().all(|(row, cold)| cold.id.0 == row as u64));
         (self.cold, self.springs) = (Vec::new(), Vec::new());
         // Nobody asks who moves grains that are all free.
-        (self.movers, self.waits) = (Vec::new(), Vec::new());
+        (self.movers, self.waits, self.alike) = (Vec::new(), Vec::new(), Vec::new());
     }
 
     /// The reverse.
@@ -225,7 +234,8 @@ impl<S: Space> Grains<S> {
             };
             self.cold = self.homes.iter().enumerate().map(cold).collect();
             self.springs = vec![PenaltySpring::loose(); self.owned];
-            (self.movers, self.waits) = (vec![Mover::Free; self.owned], vec![false; self.owned]);
+            self.movers = vec![Mover::Free; self.owned];
+            self.line_up();
         }
     }
 
@@ -237,7 +247,7 @@ impl<S: Space> Grains<S> {
             + self.glued.capacity() * size_of::<Row>()
             + self.pushed.capacity() * size_of::<(Row, S::Vector)>()
             + (self.near_bodies.capacity() + self.waiting.capacity()) * size_of::<Row>()
-            + self.waits.capacity() * size_of::<bool>()
+            + (self.waits.capacity() + self.alike.capacity()) * size_of::<bool>()
             + self.springs.capacity() * size_of::<PenaltySpring<S>>()
             + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()

@@ -4,9 +4,9 @@
 use rayon::prelude::*;
 
 use crate::base::ids::Row;
-use crate::base::lane::{Instructions, LANES, Pack, Packed, Real};
-use crate::base::numbers::Numbers;
-use crate::base::space::{Lanewise, Linear, Space, Words};
+use crate::base::lane::{Instructions, LANES, Pack, Packed, Real, eight_mut};
+use crate::base::numbers::{Lanes, Numbers};
+use crate::base::space::{Lanewise, Space, Words};
 use crate::dem::cell::Shifts;
 use crate::dem::grains::Hot;
 use crate::dem::law::Law;
@@ -16,35 +16,21 @@ use crate::law::contact::{Answer, ContactLaw, FLAT, Touch};
 /// Pairs that one task handles; a constant and a whole number of packs, so that nothing depends on threads.
 const CHUNK: usize = 1024;
 
-/// Words of a pair's row of forces. In the plane: force on `a` (on `b` it is the opposite), torque on `a`, torque on `b`.
-/// In space, where two torques would not fit a line of the cache: force on `a`, the turn normal x tangential force, the
-/// lever arms of `a` and `b`, and where the law resists rolling its moment on `a`.
-pub const fn row_words<S: Space, C: ContactLaw<S>>() -> usize {
-    match (S::DIMENSION, C::ROLLS) {
-        (2, _) => 4,
-        (_, false) => 8,
-        (_, true) => 11,
-    }
+/// Words of one side in a pair's row: force and torque. In the plane a zero follows them, so that a row is a line of the cache.
+pub const fn side_words<S: Space>() -> usize {
+    if S::DIMENSION == 2 { 4 } else { 6 }
 }
 
-/// Force and torque that a row holds for one side: on `a`, or on `b`.
+/// Words of a pair's row of forces: what it gives to `a`, then what it gives to `b`. Who sums them has nothing to reckon and nothing to
+/// choose.
+pub const fn row_words<S: Space>() -> usize {
+    2 * side_words::<S>()
+}
+
+/// Force and torque of a side's words.
 #[inline(always)]
-pub fn side_of_row<S: Space>(row: &[f64], is_b: bool) -> (S::Vector, S::Spin) {
-    let (mut force, mut torque) = (S::Vector::zero(), S::Spin::zero());
-    let sign = if is_b { -1.0 } else { 1.0 };
-    for axis in 0..S::DIMENSION {
-        force[axis] = sign * row[axis];
-    }
-    if S::DIMENSION == 2 {
-        torque[0] = row[2 + usize::from(is_b)];
-        return (force, torque);
-    }
-    let arm = row[6 + usize::from(is_b)];
-    for axis in 0..S::Spin::COMPONENTS {
-        let rolling = if row.len() > 8 { sign * row[8 + axis] } else { 0.0 };
-        torque[axis] = rolling - row[3 + axis] * arm;
-    }
-    (force, torque)
+pub fn of_side<S: Space>(side: &[f64]) -> (S::VectorOf<f64>, S::SpinOf<f64>) {
+    (Words::of_words(side), Words::of_words(&side[S::DIMENSION..]))
 }
 
 /// What all pairs of a pass share.
@@ -63,7 +49,7 @@ pub struct Pass<'a, S: Space> {
 
 /// Evaluates whole packs of `pairs` on all threads. `memory` holds `[pack][word][lane]`, `forces` `[pair][word]`.
 pub fn pair_pass<S: Space>(law: &dyn Law<S>, pass: &Pass<S>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]) {
-    let (words, row) = (law.memory_words(), law.row_words());
+    let (words, row) = (law.memory_words(), row_words::<S>());
     debug_assert!(pairs.len().is_multiple_of(LANES) && memory.len() == pairs.len() * words);
     (pairs.par_chunks(CHUNK), memory.par_chunks_mut(CHUNK * words), forces.par_chunks_mut(CHUNK * row))
         .into_par_iter()
@@ -110,7 +96,7 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(packs: Packs<S
     let (memory, _) = memory.as_chunks_mut::<LANES>();
     for (pack, pairs) in pairs.iter().enumerate() {
         let memory = &mut memory[pack * memory_words..(pack + 1) * memory_words];
-        let forces = &mut forces[pack * LANES * row_words::<S, C>()..(pack + 1) * LANES * row_words::<S, C>()];
+        let forces = &mut forces[pack * LANES * row_words::<S>()..(pack + 1) * LANES * row_words::<S>()];
         let (a, b) = (read::<S, P>(pass, pairs, |pair| pair.a), read::<S, P>(pass, pairs, Pair::b));
         let (shift, rate) = match pass.shifts {
             Some(of) if ACROSS => shifts::<S, P>(of, pairs),
@@ -129,7 +115,7 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(packs: Packs<S
         for (word, lanes) in memory.iter_mut().enumerate() {
             recalled.word(word).store(lanes);
         }
-        write::<S, C, P>(&given, forces);
+        write::<S, P>(&given, forces);
     }
 }
 
@@ -150,21 +136,18 @@ fn shifts<S: Space, P: Pack>(shifts: &Shifts<S>, pairs: &[Pair; LANES]) -> (S::V
     shifts.picked(&std::array::from_fn(|lane| pairs[lane].code()))
 }
 
-/// From `[word][lane]` to `[pair][word]`.
+/// From `[word][lane]` to `[pair][word]`, eight words at a time; the last eight overlap those before where a row is no multiple of eight.
 #[inline(always)]
-fn write<S: Space, C: ContactLaw<S>, P: Pack>(parts: &Parts<S, P>, forces: &mut [f64]) {
-    const WORDS_MAX: usize = 11;
-    /// Eight numbers that fill a line of the cache and are not stored in halves.
-    #[derive(Clone, Copy)]
-    #[repr(align(64))]
-    struct Line([f64; LANES]);
-    let mut lanes = [Line([0.0; LANES]); WORDS_MAX];
-    for (word, line) in lanes.iter_mut().enumerate().take(row_words::<S, C>()) {
-        parts.word(word).store(&mut line.0);
-    }
-    for (lane, force) in forces.chunks_exact_mut(row_words::<S, C>()).enumerate() {
-        for (word, value) in force.iter_mut().enumerate() {
-            *value = lanes[word].0[lane];
+fn write<S: Space, P: Pack>(given: &Given<S, P>, forces: &mut [f64]) {
+    let row = row_words::<S>();
+    for group in 0..row.div_ceil(LANES) {
+        let first = (group * LANES).min(row - LANES);
+        let mut words = [P::splat(0.0); LANES];
+        for (offset, word) in words.iter_mut().enumerate() {
+            *word = given.word(first + offset);
+        }
+        for (lane, numbers) in P::transposed(words).into_iter().enumerate() {
+            numbers.store(eight_mut(forces, lane * row + first));
         }
     }
 }
@@ -213,7 +196,16 @@ impl<S: Space, R: Real> Side<S, R> {
     }
 }
 
+impl<S: Space, P: Pack> Side<S, P> {
+    /// Of eight records.
+    #[inline(always)]
+    pub fn of_record(record: &Lanes<P>) -> Self {
+        Self::of(|word| record.0[word])
+    }
+}
+
 impl<S: Space> Side<S, f64> {
+    #[inline(always)]
     pub fn scalar(hot: &Hot<S>) -> Self {
         let words = hot.numbers();
         Self::of(|word| words[word])
@@ -228,39 +220,17 @@ pub struct Given<S: Space, R: Real> {
     pub torque_b: S::SpinOf<R>,
 }
 
-/// The same in parts.
-#[derive(Clone, Copy)]
-struct Parts<S: Space, R: Real> {
-    force: S::VectorOf<R>,
-    /// Normal x tangential force, N.
-    turn: S::SpinOf<R>,
-    /// Lever arms of both sides, m.
-    arms: [R; 2],
-    /// Resistance to rolling on `a`, N m.
-    moment: S::SpinOf<R>,
-}
-
-impl<S: Space, R: Real> Parts<S, R> {
-    #[inline(always)]
-    fn torque_a(&self) -> S::SpinOf<R> {
-        self.moment - self.turn * self.arms[0]
-    }
-
-    #[inline(always)]
-    fn torque_b(&self) -> S::SpinOf<R> {
-        -self.moment - self.turn * self.arms[1]
-    }
-
+impl<S: Space, R: Real> Given<S, R> {
     /// A word of the pair's row, as [`row_words`] orders them.
     #[inline(always)]
     fn word(&self, word: usize) -> R {
-        match (S::DIMENSION, word) {
-            (2, 0..=1) | (3, 0..=2) => self.force.word(word),
-            (2, 2) => self.torque_a().word(0),
-            (2, _) => self.torque_b().word(0),
-            (_, 3..=5) => self.turn.word(word - 3),
-            (_, 6..=7) => self.arms[word - 6],
-            _ => self.moment.word(word - 8),
+        let (is_b, word) = (word >= side_words::<S>(), word % side_words::<S>());
+        let torque = if is_b { &self.torque_b } else { &self.torque_a };
+        match word.checked_sub(S::DIMENSION) {
+            None if is_b => -self.force.word(word),
+            None => self.force.word(word),
+            Some(axis) if axis < <S::SpinOf<R> as Words<R>>::COUNT => torque.word(axis),
+            Some(_) => R::splat(0.0),
         }
     }
 }
@@ -311,10 +281,10 @@ fn contact<S: Space, C: ContactLaw<S>, R: Real>(
     relative: S::VectorOf<R>,
     moved: [R; 2],
     memory: &mut C::Memory<R>,
-) -> Parts<S, R> {
+) -> Given<S, R> {
     let touch = touch(a, b, separation, relative, moved);
     let half = touch.overlap * R::splat(0.5);
-    parts_of(law, &touch, pair_weight(a.weight, b.weight), [a.radius - half, b.radius - half], memory)
+    give(law, &touch, pair_weight(a.weight, b.weight), [a.radius - half, b.radius - half], memory)
 }
 
 /// Forces of a contact with `weight`, their torques by the lever arms of both sides, m; nothing where it does not hold.
@@ -326,18 +296,6 @@ pub fn give<S: Space, C: ContactLaw<S>, R: Real>(
     arms: [R; 2],
     memory: &mut C::Memory<R>,
 ) -> Given<S, R> {
-    let parts = parts_of(law, touch, weight, arms, memory);
-    Given { force: parts.force, torque_a: parts.torque_a(), torque_b: parts.torque_b() }
-}
-
-#[inline(always)]
-fn parts_of<S: Space, C: ContactLaw<S>, R: Real>(
-    law: &C,
-    touch: &Touch<S, R>,
-    weight: R,
-    arms: [R; 2],
-    memory: &mut C::Memory<R>,
-) -> Parts<S, R> {
     let holds = law.holds(touch, memory);
     let Answer { normal, tangential, moment } = law.force(touch, memory);
     let zero = R::splat(0.0);
@@ -346,5 +304,9 @@ fn parts_of<S: Space, C: ContactLaw<S>, R: Real>(
     let tangential = Words::choose(holds, &(tangential * weight), &Words::zero());
     let moment: S::SpinOf<R> = Words::choose(holds, &(moment * weight), &Words::zero());
     let turn = S::torque(&touch.normal, &tangential);
-    Parts { force: touch.normal * normal + S::embed(&touch.normal, &tangential), turn, arms, moment }
+    Given {
+        force: touch.normal * normal + S::embed(&touch.normal, &tangential),
+        torque_a: moment - turn * arms[0],
+        torque_b: -moment - turn * arms[1],
+    }
 }

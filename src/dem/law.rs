@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::base::space::{Space, Words};
-use crate::dem::kernel::{Given, Pass, evaluate, give, row_words};
+use crate::dem::kernel::{Given, Pass, evaluate, give};
 use crate::dem::neighbours::Pair;
 use crate::law::contact::{Absent, Answer, Contact, ContactLaw, ForAnyLaw, Memory, Springs, Touch};
 
@@ -13,8 +13,6 @@ use crate::law::contact::{Absent, Answer, Contact, ContactLaw, ForAnyLaw, Memory
 pub trait Law<S: Space>: Debug + Send + Sync {
     /// Words of what a contact remembers.
     fn memory_words(&self) -> usize;
-    /// Words of a pair's row of forces.
-    fn row_words(&self) -> usize;
     fn reach(&self) -> f64;
     /// Whole packs of pairs, on this thread. `memory` holds `[pack][word][lane]`, `forces` `[pair][word]`.
     fn evaluate(&self, pass: &Pass<S>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]);
@@ -31,9 +29,6 @@ pub trait Law<S: Space>: Debug + Send + Sync {
 impl<S: Space, C: ContactLaw<S>> Law<S> for C {
     fn memory_words(&self) -> usize {
         <C::Memory<f64> as Words<f64>>::COUNT
-    }
-    fn row_words(&self) -> usize {
-        row_words::<S, C>()
     }
     fn reach(&self) -> f64 {
         ContactLaw::<S>::reach(self)

@@ -4,6 +4,7 @@
 pub mod assembly;
 pub mod bearing;
 pub mod cell;
+pub mod columns;
 pub mod contacts;
 pub mod drive;
 pub mod grains;

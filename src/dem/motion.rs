@@ -4,13 +4,16 @@
 use rayon::prelude::*;
 
 use crate::base::keys::{Form, NOT_NEGATIVE, RATIO, Range, choose, number, text};
-use crate::base::lane::Real;
+use crate::base::lane::{LANES, Pack, Real};
+use crate::base::numbers::{Lanes, Numbers};
 use crate::base::parallel::larger;
 use crate::base::space::{Lanewise, Linear, Space};
 use crate::base::units::Dimension;
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
+use crate::dem::columns::{columns, splat, times};
 use crate::dem::grains::{Grains, Hot, Mover, lanes, vector};
+use crate::dem::kernel::Side;
 use crate::dem::segments::{Finish, Resting};
 
 /// Damping of grains against the mean field of the cell, beside that of their contacts.
@@ -73,7 +76,16 @@ const CHUNK: usize = 1024;
 /// What a kick adds to the velocity of a free grain: `v(n+1/2) = v(n-1/2) + a dt`, `a = f/(w m) + g` and what else there is; `dt` is
 /// halved in the very first step of a run, whose velocities are those of time zero.
 pub trait Kick<S: Space>: Sync {
-    fn kick(&self, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), dt: f64);
+    /// One grain or eight, by the force and the torque on each.
+    fn kick<R: Real>(&self, grain: &mut Side<S, R>, given: (S::VectorOf<R>, S::SpinOf<R>), dt: f64);
+
+    /// Of a grain as it lies among others.
+    #[inline(always)]
+    fn kick_one(&self, hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin), dt: f64) {
+        let mut grain = Side::<S, f64>::scalar(hot);
+        self.kick(&mut grain, (lanes(force), lanes(torque)), dt);
+        (hot.velocity, hot.spin) = (vector(&grain.velocity), vector(&grain.spin));
+    }
 }
 
 /// Forces and gravity, m/s2.
@@ -83,10 +95,11 @@ pub struct Falling<S: Space> {
 
 impl<S: Space> Kick<S> for Falling<S> {
     #[inline(always)]
-    fn kick(&self, hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin), dt: f64) {
-        let mass = hot.weight * hot.mass;
-        hot.velocity += *force * (dt / mass) + self.gravity * dt;
-        hot.spin += *torque * (dt / S::grain_inertia(mass, hot.radius));
+    fn kick<R: Real>(&self, grain: &mut Side<S, R>, (force, torque): (S::VectorOf<R>, S::SpinOf<R>), dt: f64) {
+        let (mass, dt) = (grain.weight * grain.mass, R::splat(dt));
+        let gravity: S::VectorOf<R> = splat(&self.gravity);
+        grain.velocity = grain.velocity + (force * (dt / mass) + gravity * dt);
+        grain.spin = grain.spin + torque * (dt / S::grain_inertia(mass, grain.radius));
     }
 }
 
@@ -99,13 +112,15 @@ pub struct Damped<S: Space> {
 
 impl<S: Space> Kick<S> for Damped<S> {
     #[inline(always)]
-    fn kick(&self, hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin), dt: f64) {
-        let mass = hot.weight * hot.mass;
-        let linear = *force * (1.0 / mass) + self.field.gravity;
-        let angular = *torque * (1.0 / S::grain_inertia(mass, hot.radius));
-        let (linear, angular) = damped(hot, (linear, angular), &self.field.damping, &self.cell, dt);
-        hot.velocity += (linear + self.cell.gradient * hot.velocity) * dt;
-        hot.spin += angular * dt;
+    fn kick<R: Real>(&self, grain: &mut Side<S, R>, (force, torque): (S::VectorOf<R>, S::SpinOf<R>), dt: f64) {
+        let (mass, one) = (grain.weight * grain.mass, R::splat(1.0));
+        let gravity: S::VectorOf<R> = splat(&self.field.gravity);
+        let linear = force * (one / mass) + gravity;
+        let angular = torque * (one / S::grain_inertia(mass, grain.radius));
+        let (linear, angular) = self.field.damping.of_grain(grain, (linear, angular), &self.cell, dt);
+        let dt = R::splat(dt);
+        grain.velocity = grain.velocity + (linear + times::<S, R>(&self.cell.gradient, &grain.velocity)) * dt;
+        grain.spin = grain.spin + angular * dt;
     }
 }
 
@@ -121,12 +136,37 @@ impl<S: Space, K: Kick<S>, const DRIFTS: bool> Finish<S> for Moves<K, DRIFTS> {
     #[inline(always)]
     fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64 {
         match resting.movers[row] {
-            Mover::Free => self.kick.kick(hot, given, self.dt_kick),
+            Mover::Free => self.kick.kick_one(hot, given, self.dt_kick),
             Mover::Body(_) => return 0.0,
             Mover::Script if DRIFTS => hot.velocity = resting.cold[row].script,
             Mover::Script => return 0.0,
         }
         if DRIFTS { drifted(hot, &resting.homes[row], self.dt) } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn finish_eight<P: Pack>(
+        &self,
+        hot: &mut [Hot<S>; LANES],
+        (force, torque): (&[S::Vector; LANES], &[S::Spin; LANES]),
+        homes: &[S::Vector; LANES],
+    ) -> P {
+        let mut record = Lanes::<P>::zero();
+        record.load(&std::array::from_fn(|lane| &hot[lane]), Hot::<S>::WIDTH);
+        let mut grain = Side::<S, P>::of_record(&record);
+        self.kick.kick(&mut grain, (columns(force), columns(torque)), self.dt_kick);
+        record.set_words(S::DIMENSION, &grain.velocity);
+        record.set_words(2 * S::DIMENSION, &grain.spin);
+        let mut square = P::splat(0.0);
+        if DRIFTS {
+            let position = grain.position + grain.velocity * P::splat(self.dt);
+            record.set_words(0, &position);
+            let homes: S::VectorOf<P> = columns(homes);
+            let moved = position - homes;
+            square = moved.dot(&moved);
+        }
+        record.store(hot.as_mut_slice());
+        square
     }
 }
 
@@ -156,23 +196,22 @@ fn follow<S: Space>(hot: &mut Hot<S>, body: &Body<S>) {
     hot.spin = body.spin;
 }
 
-/// Accelerations (m/s2, rad/s2) with damping, from those without it, in a kick over `dt`.
-#[inline]
-pub fn damped<S: Space>(
-    hot: &Hot<S>,
-    (linear, angular): (S::Vector, S::Spin),
-    damping: &Damping,
-    cell: &Cell<S>,
-    dt: f64,
-) -> (S::Vector, S::Spin) {
-    // The mean field at the middle of the step, when the velocity is known.
-    let fluctuation = hot.velocity - cell.gradient * (hot.position - cell.corner);
-    let linear: S::VectorOf<f64> = damping.opposed(lanes(&linear), &lanes(&fluctuation), dt);
-    let angular: S::SpinOf<f64> = damping.opposed(lanes(&angular), &lanes(&hot.spin), dt);
-    (vector(&linear), vector(&angular))
-}
-
 impl Damping {
+    /// Accelerations of grains (m/s2, rad/s2) with damping, from those without it, in a kick over `dt`.
+    #[inline(always)]
+    pub fn of_grain<S: Space, R: Real>(
+        &self,
+        grain: &Side<S, R>,
+        (linear, angular): (S::VectorOf<R>, S::SpinOf<R>),
+        cell: &Cell<S>,
+        dt: f64,
+    ) -> (S::VectorOf<R>, S::SpinOf<R>) {
+        // The mean field at the middle of the step, when the velocity is known.
+        let corner: S::VectorOf<R> = splat(&cell.corner);
+        let fluctuation = grain.velocity - times::<S, R>(&cell.gradient, &(grain.position - corner));
+        (self.opposed(linear, &fluctuation, dt), self.opposed(angular, &grain.spin, dt))
+    }
+
     /// Acceleration with damping of what moves with that velocity against the mean field, from that without it, in a kick over `dt`.
     #[inline(always)]
     pub fn opposed<R: Real, V: Lanewise<R>>(&self, acceleration: V, velocity: &V, dt: f64) -> V {

@@ -39,14 +39,27 @@ impl Pair {
     }
 }
 
-/// One term of a grain's sum: a pair, and whether the grain is its `b`.
+/// One term of a grain's sum: a pair, which of eight rows side by side the grain is, and whether it is the pair's `b`. With the row in it
+/// the terms of eight grains are one list, in which nobody has to guess where a grain ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Term(u32);
 
+const LANE_BITS: u32 = LANES.trailing_zeros();
+/// Pairs that a rank can hold.
+pub const PAIRS_MAX: usize = 1 << (31 - LANE_BITS);
+
 impl Term {
+    fn new(pair: usize, row: Row, is_b: bool) -> Self {
+        Self(((pair as u32) << LANE_BITS | row % LANES as u32) << 1 | u32::from(is_b))
+    }
     #[inline(always)]
     pub fn pair(self) -> usize {
-        (self.0 >> 1) as usize
+        (self.0 >> (LANE_BITS + 1)) as usize
+    }
+    /// The row of the grain modulo eight.
+    #[inline(always)]
+    pub fn lane(self) -> usize {
+        (self.0 >> 1) as usize % LANES
     }
     #[inline(always)]
     pub fn is_b(self) -> bool {
@@ -291,6 +304,7 @@ impl Neighbours {
 
     fn list_terms<S: Space>(&mut self, grains: &Grains<S>) {
         let pairs = &self.pairs;
+        assert!(pairs.len() <= PAIRS_MAX, "a rank holds at most {PAIRS_MAX} pairs of grains; use more ranks");
         self.starts.clear();
         self.starts.resize(grains.owned + 1, 0);
         for pair in real(pairs) {
@@ -305,11 +319,11 @@ impl Neighbours {
         }
         let mut next = self.starts.clone();
         self.terms.clear();
-        self.terms.resize(self.starts[grains.owned] as usize, Term(0));
+        self.terms.resize(self.starts[grains.owned] as usize, Term::new(0, 0, false));
         for (index, pair) in real(pairs) {
-            for (row, side) in [(pair.a, 0), (pair.b(), 1)] {
+            for (row, is_b) in [(pair.a, false), (pair.b(), true)] {
                 if (row as usize) < grains.owned {
-                    self.terms[next[row as usize] as usize] = Term((index as u32) << 1 | side);
+                    self.terms[next[row as usize] as usize] = Term::new(index, row, is_b);
                     next[row as usize] += 1;
                 }
             }
@@ -324,6 +338,14 @@ impl Neighbours {
     #[inline(always)]
     pub fn terms_of(&self, row: usize) -> &[Term] {
         &self.terms[self.starts[row] as usize..self.starts[row + 1] as usize]
+    }
+
+    /// Terms of eight rows side by side, or of as many as there are.
+    #[inline(always)]
+    pub fn terms_of_eight(&self, eight: usize) -> &[Term] {
+        let rows = self.starts.len() - 1;
+        let [first, end] = [eight * LANES, (eight * LANES + LANES).min(rows)].map(|row| self.starts[row] as usize);
+        &self.terms[first..end]
     }
 
     /// The row on the other side of a term.
@@ -467,11 +489,17 @@ mod tests {
         assert!(pairs.iter().all(|pair| pair.code() == u64::from(pair.image().0)));
         assert_eq!(in_order.counted, neighbours.pairs.len());
         let mut met = vec![Vec::new(); grains.owned];
-        for (index, pair) in (0..).zip(pairs) {
-            met[pair.a as usize].push(Term(index << 1));
-            met[pair.b() as usize].push(Term(index << 1 | 1));
+        for (index, pair) in pairs.iter().enumerate() {
+            met[pair.a as usize].push(Term::new(index, pair.a, false));
+            met[pair.b() as usize].push(Term::new(index, pair.b(), true));
         }
         assert!((0..grains.owned).all(|row| in_order.terms_of(row) == met[row]));
+        // Eights of rows hold the same terms, and each tells its row.
+        for (eight, met) in met.chunks(LANES).enumerate() {
+            let lanes = met.iter().enumerate().flat_map(|(lane, met)| met.iter().map(move |_| lane));
+            let terms = in_order.terms_of_eight(eight);
+            assert!(terms.iter().eq(met.iter().flatten()) && terms.iter().map(|term| term.lane()).eq(lanes));
+        }
         let terms = (0..grains.owned).flat_map(|row| in_order.terms_of(row));
         let lower = terms.filter(|term| !term.is_b()).map(|term| term.pair());
         assert!(lower.eq(0..pairs.len()));

@@ -4,11 +4,11 @@
 use std::time::Instant;
 
 use crate::base::ids::Row;
-use crate::base::lane::Instructions;
+use crate::base::lane::{Instructions, LANES, Pack, Packed};
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::{Cold, Grains, Hot, Mover};
-use crate::dem::kernel::{Pass, side_of_row};
+use crate::dem::kernel::{Pass, row_words, side_words};
 use crate::dem::law::Law;
 use crate::dem::neighbours::{Neighbours, Pair, SEGMENT};
 
@@ -23,6 +23,14 @@ pub enum Segments {
 pub trait Finish<S: Space>: Sync {
     /// Moves the grain, and returns the square of its way from home, m2.
     fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64;
+
+    /// The same for eight side by side, to the bit, all of them free and none that waits.
+    fn finish_eight<P: Pack>(
+        &self,
+        hot: &mut [Hot<S>; LANES],
+        given: (&[S::Vector; LANES], &[S::Spin; LANES]),
+        homes: &[S::Vector; LANES],
+    ) -> P;
 }
 
 /// It waits for what else the step has to say.
@@ -33,6 +41,16 @@ impl<S: Space> Finish<S> for Wait {
     fn finish(&self, _: usize, _: &mut Hot<S>, _: (&S::Vector, &S::Spin), _: &Resting<S>) -> f64 {
         0.0
     }
+
+    #[inline(always)]
+    fn finish_eight<P: Pack>(
+        &self,
+        _: &mut [Hot<S>; LANES],
+        _: (&[S::Vector; LANES], &[S::Spin; LANES]),
+        _: &[S::Vector; LANES],
+    ) -> P {
+        P::splat(0.0)
+    }
 }
 
 /// What a step reads of owned rows and does not change.
@@ -40,14 +58,16 @@ impl<S: Space> Finish<S> for Wait {
 pub struct Resting<'a, S: Space> {
     pub movers: &'a [Mover],
     pub waits: &'a [bool],
+    /// By eights of rows: see [`Grains::alike`].
+    pub alike: &'a [bool],
     pub homes: &'a [S::Vector],
     pub cold: &'a [Cold<S>],
 }
 
 /// The same for the grains that had to wait until everything which pushes them was known, one after the other: they are few.
 pub fn finish_waiting<S: Space>(grains: &mut Grains<S>, finish: &impl Finish<S>) -> f64 {
-    let Grains { hot, cold, movers, waits, homes, waiting, force, torque, .. } = grains;
-    let resting = Resting { movers, waits, homes, cold };
+    let Grains { hot, cold, movers, waits, alike, homes, waiting, force, torque, .. } = grains;
+    let resting = Resting { movers, waits, alike, homes, cold };
     let rows = waiting.iter().map(|row| *row as usize);
     rows.fold(0.0, |most, row| larger(most, finish.finish(row, &mut hot[row], (&force[row], &torque[row]), &resting)))
 }
@@ -85,9 +105,8 @@ pub struct Shared<'a, S: Space, F> {
     pub times: [f64; 2],
     pub instructions: Instructions,
     pub neighbours: &'a Neighbours,
-    /// Forces of the pairs that no segment holds alone, and words of a row of them.
+    /// Forces of the pairs that no segment holds alone.
     pub outer: &'a [f64],
-    pub row: usize,
     /// Numbers of the room in which a task puts the forces of one segment after the other; none where all are kept.
     pub room: Option<usize>,
     pub which: Segments,
@@ -125,7 +144,7 @@ impl<S: Space, F: Finish<S>> Shared<'_, S, F> {
         let pairs = middle - stretch.start;
         let (pairs_left, pairs_right) = stretch.pairs.split_at(pairs);
         let (memory_left, memory_right) = stretch.memory.split_at_mut(pairs * self.memory);
-        let forces = self.room.map_or(pairs * self.row, |room| left * room);
+        let forces = self.room.map_or(pairs * row_words::<S>(), |room| left * room);
         let (forces_left, forces_right) = stretch.forces.split_at_mut(forces);
         let rows = (segments * SEGMENT).min(stretch.hot.len());
         let (hot_left, hot_right) = stretch.hot.split_at_mut(rows);
@@ -166,13 +185,14 @@ impl<S: Space, F: Finish<S>> Shared<'_, S, F> {
             if self.neighbours.on_border[segment] == (self.which == Segments::Border) {
                 let begun = Instant::now();
                 let room = if self.room.is_some() { 0..pairs.len() } else { pairs.clone() };
-                let forces = &mut stretch.forces[room.start * self.row..room.end * self.row];
+                let forces = &mut stretch.forces[room.start * row_words::<S>()..room.end * row_words::<S>()];
                 let memory = &mut stretch.memory[pairs.start * self.memory..pairs.end * self.memory];
                 let hot = &mut stretch.hot[rows.clone()];
                 self.evaluate(segment, &stretch.pairs[pairs], memory, forces, hot);
                 let evaluated = Instant::now();
                 let moving = (hot, &mut stretch.force[rows.clone()], &mut stretch.torque[rows]);
-                let farthest = self.sum_and_finish(segment, start, forces, moving);
+                let sums = SumAndFinish { shared: self, first: segment * SEGMENT, start, forces, moving };
+                let farthest = self.instructions.run(sums);
                 passed = passed.and(Passed {
                     farthest,
                     pairs: (evaluated - begun).as_secs_f64(),
@@ -190,29 +210,77 @@ impl<S: Space, F: Finish<S>> Shared<'_, S, F> {
         let pass = Pass { hot, first, shifts: None, advance, dt, instructions: self.instructions };
         self.law.evaluate(&pass, pairs, memory, forces);
     }
+}
 
-    /// `forces` are those of the pairs from `start` on.
-    fn sum_and_finish(&self, segment: usize, start: usize, forces: &[f64], (hot, force, torque): Moving<S>) -> f64 {
-        let within = self.neighbours.within();
+/// What the rows of a segment got from their pairs, summed in the order of their terms, and what they do by it.
+struct SumAndFinish<'a, 'f, S: Space, F> {
+    shared: &'a Shared<'a, S, F>,
+    /// The first row of the segment.
+    first: usize,
+    /// `forces` are those of the pairs from here on.
+    start: usize,
+    forces: &'f [f64],
+    moving: Moving<'f, S>,
+}
+
+impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
+    type Outcome = f64;
+
+    #[inline(always)]
+    fn run<P: Pack>(self) -> f64 {
+        let Self { shared, first, start, forces, moving: (hot, force, torque) } = self;
+        let Shared { resting, finish, .. } = shared;
         let mut farthest = 0.0;
-        for (offset, ((hot, force), torque)) in hot.iter_mut().zip(force).zip(torque).enumerate() {
-            let row = segment * SEGMENT + offset;
-            let (mut sum, mut turn) = (S::Vector::zero(), S::Spin::zero());
-            for term in self.neighbours.terms_of(row) {
-                let (from, pair) = match term.pair() < within {
-                    true => (forces, term.pair() - start),
-                    false => (self.outer, term.pair() - within),
-                };
-                let (force, torque) = side_of_row::<S>(row_of::<S>(from, pair, self.row), term.is_b());
-                sum += force;
-                turn += torque;
-            }
-            (*force, *torque) = (sum, turn);
-            if !self.resting.waits[row] {
-                farthest = larger(farthest, self.finish.finish(row, hot, (force, torque), &self.resting));
+        // A maximum drops what is not a number; a sum of it times zero keeps it.
+        let (mut most, mut odd) = (P::splat(0.0), P::splat(0.0));
+        let eights = hot.chunks_mut(LANES).zip(force.chunks_mut(LANES)).zip(torque.chunks_mut(LANES));
+        for (eight, ((hot, force), torque)) in eights.enumerate() {
+            let first = first + eight * LANES;
+            sum_eight(shared, first / LANES, (forces, start), (force, torque));
+            let homes = &resting.homes[first..first + hot.len()];
+            match (hot.first_chunk_mut(), force.first_chunk(), torque.first_chunk(), homes.first_chunk()) {
+                (Some(hot), Some(force), Some(torque), Some(homes)) if resting.alike[first / LANES] => {
+                    let square = finish.finish_eight::<P>(hot, (force, torque), homes);
+                    most = P::max(square, most);
+                    odd = odd + square * P::splat(0.0);
+                }
+                _ => {
+                    for (offset, hot) in hot.iter_mut().enumerate().filter(|(offset, _)| !resting.waits[first + offset])
+                    {
+                        let given = (&force[offset], &torque[offset]);
+                        farthest = larger(farthest, finish.finish(first + offset, hot, given, resting));
+                    }
+                }
             }
         }
-        farthest
+        (most + odd).numbers().into_iter().fold(farthest, larger)
+    }
+}
+
+/// Sums of eight rows side by side, or of as many as there are. `forces` are those of the segment's pairs, which begin with pair `start`.
+#[inline(always)]
+fn sum_eight<S: Space, F>(
+    shared: &Shared<S, F>,
+    eight: usize,
+    (forces, start): (&[f64], usize),
+    (force, torque): (&mut [S::Vector], &mut [S::Spin]),
+) {
+    let within = shared.neighbours.within();
+    // Picked by number: no branch that is guessed wrong wherever a grain has a pair beyond its segment.
+    let parts = [(forces, start), (shared.outer, within)];
+    let mut sums = [[0.0; LANES]; LANES];
+    for term in shared.neighbours.terms_of_eight(eight) {
+        let (from, first) = parts[usize::from(term.pair() >= within)];
+        let side = (2 * (term.pair() - first) + usize::from(term.is_b())) * side_words::<S>();
+        let given = &from[side..side + side_words::<S>()];
+        let sum = &mut sums[term.lane()];
+        for word in 0..side_words::<S>() {
+            sum[word] += given[word];
+        }
+    }
+    for ((force, torque), sum) in force.iter_mut().zip(torque).zip(&sums) {
+        (0..S::DIMENSION).for_each(|axis| force[axis] = sum[axis]);
+        (0..S::Spin::COMPONENTS).for_each(|axis| torque[axis] = sum[S::DIMENSION + axis]);
     }
 }
 
@@ -221,7 +289,6 @@ type Moving<'a, S> = (&'a mut [Hot<S>], &'a mut [<S as Space>::Vector], &'a mut 
 
 /// A pair's row of forces.
 #[inline(always)]
-pub fn row_of<S: Space>(forces: &[f64], pair: usize, row: usize) -> &[f64] {
-    let row = if S::DIMENSION == 2 { 4 } else { row };
-    &forces[pair * row..(pair + 1) * row]
+pub fn row_of<S: Space>(forces: &[f64], pair: usize) -> &[f64] {
+    &forces[pair * row_words::<S>()..(pair + 1) * row_words::<S>()]
 }

@@ -118,8 +118,8 @@ impl<S: Space> World<'_, S> {
         let hot = &self.assembly.grains.hot[row];
         let mut after = *hot;
         match field.is_plain() && cell.gradient == S::Tensor::zero() {
-            true => Falling { gravity: field.gravity }.kick(&mut after, (force, torque), self.kick_share() * dt),
-            false => Damped { field, cell }.kick(&mut after, (force, torque), self.kick_share() * dt),
+            true => Falling { gravity: field.gravity }.kick_one(&mut after, (force, torque), self.kick_share() * dt),
+            false => Damped { field, cell }.kick_one(&mut after, (force, torque), self.kick_share() * dt),
         }
         // The very first kick of a run begins at a full step, or half a step before it as every other does.
         let share = 1.0 - 0.5 / self.kick_share();

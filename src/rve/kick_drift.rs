@@ -5,6 +5,7 @@ use crate::base::numbers::{Lanes, Numbers};
 use crate::base::parallel::larger;
 use crate::base::space::{Lanewise, Linear, Space, Words};
 use crate::dem::cell::Cell;
+use crate::dem::columns::{columns, splat, times};
 use crate::dem::grains::{Grains, Hot};
 use crate::dem::motion::Damping;
 
@@ -124,53 +125,4 @@ fn eight<S: Space, P: Pack, const DRIFTS: bool>(
     record.store(hot);
     let there = P::load(&std::array::from_fn(|lane| f64::from(u8::from(lane <= last))));
     (square, spin * there)
-}
-
-/// The same in every lane.
-#[inline(always)]
-fn splat<V: Linear, C: Words<P>, P: Pack>(vector: &V) -> C {
-    let mut components = C::zero();
-    for axis in 0..C::COUNT {
-        components.set_word(axis, P::splat(vector[axis]));
-    }
-    components
-}
-
-/// One to a lane, the last in those that lack.
-#[inline(always)]
-fn columns<V: Linear, C: Words<P>, P: Pack>(vectors: &[V]) -> C {
-    // Eight that lie side by side are found without a look at how many there are.
-    match vectors.first_chunk::<LANES>() {
-        Some(whole) => gathered(|lane, axis| whole[lane][axis]),
-        None => gathered(|lane, axis| vectors[lane.min(vectors.len() - 1)][axis]),
-    }
-}
-
-#[inline(always)]
-fn gathered<C: Words<P>, P: Pack>(entry: impl Fn(usize, usize) -> f64) -> C {
-    let mut components = C::zero();
-    for axis in 0..C::COUNT {
-        components.set_word(axis, P::load(&std::array::from_fn(|lane| entry(lane, axis))));
-    }
-    components
-}
-
-/// A tensor times a vector, column by column.
-#[inline(always)]
-fn times<S: Space, P: Pack>(tensor: &S::Tensor, vector: &S::VectorOf<P>) -> S::VectorOf<P> {
-    let mut sum = scaled_column::<S, P>(tensor, 0, vector.word(0));
-    for column in 1..S::DIMENSION {
-        sum = sum + scaled_column::<S, P>(tensor, column, vector.word(column));
-    }
-    sum
-}
-
-/// A function, not a closure, which would be compiled apart for a processor without lanes.
-#[inline(always)]
-fn scaled_column<S: Space, P: Pack>(tensor: &S::Tensor, column: usize, by: P) -> S::VectorOf<P> {
-    let mut entries = S::VectorOf::<P>::zero();
-    for row in 0..S::DIMENSION {
-        entries.set_word(row, P::splat(tensor[column * S::DIMENSION + row]) * by);
-    }
-    entries
 }

@@ -139,7 +139,8 @@ fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) -> S::Spin {
     let Sample { assembly, constants, step, .. } = sample;
     let (before, dt) = (assembly.cell, constants.dt);
     assembly.contacts.settle_images(&before);
-    assembly.contacts.pass_in_order(constants.law(), &mut assembly.grains, constants.contact_times(*step));
+    let times = constants.contact_times(*step);
+    assembly.contacts.pass_in_order(constants.law(), &mut assembly.grains, times, !DRIFTS);
     if DRIFTS {
         assembly.cell.go_on(dt);
     }

@@ -47,7 +47,6 @@ pub struct Adhesive<C> {
 
 impl<S: Space, C: ContactLaw<S>> ContactLaw<S> for Adhesive<C> {
     type Memory<R: Real> = C::Memory<R>;
-    const ROLLS: bool = C::ROLLS;
 
     fn reach(&self) -> f64 {
         self.law.reach()

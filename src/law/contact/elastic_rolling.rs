@@ -134,7 +134,6 @@ fn lengthening<S: Space, R: Real>(touch: &Touch<S, R>, distance: R, spring: &S::
 impl<S: Space> ContactLaw<S> for ElasticRolling {
     /// The tangential spring s, m, and the angle rolled theta, rad.
     type Memory<R: Real> = (S::TangentOf<R>, S::SpinOf<R>);
-    const ROLLS: bool = true;
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {

@@ -83,8 +83,6 @@ pub trait ForAnyLaw<S: Space> {
 pub trait ContactLaw<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// What a contact remembers, zero where grains do not touch.
     type Memory<R: Real>: Words<R>;
-    /// Whether rolling is resisted: [`Answer::moment`] is not always zero.
-    const ROLLS: bool = false;
 
     /// How far apart surfaces may be and still hold on to each other, m.
     fn reach(&self) -> f64 {

@@ -94,7 +94,6 @@ pub struct Rolling<C> {
 impl<S: Space, C: ContactLaw<S>> ContactLaw<S> for Rolling<C> {
     /// What the law remembers, and the angle rolled theta, rad.
     type Memory<R: Real> = (C::Memory<R>, S::SpinOf<R>);
-    const ROLLS: bool = true;
 
     fn reach(&self) -> f64 {
         self.law.reach()

@@ -11,7 +11,7 @@ use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, Hot, Mover, lanes, vector};
 use crate::dem::kernel::{Given, Side, pair_weight, touch};
 use crate::dem::law::Law;
-use crate::dem::motion::{Field, damped};
+use crate::dem::motion::Field;
 use crate::dem::neighbours::Term;
 use crate::dem::walls::{Wall, Walls, beside, touch_of};
 use crate::dem::work::{Parted, settle};
@@ -139,7 +139,13 @@ impl<S: Space> Step<'_, S> {
         let inertia = S::grain_inertia(mass, before.radius);
         let gravity = self.field.gravity;
         let undamped = (*force * (1.0 / mass) + gravity, *torque * (1.0 / inertia));
-        let (linear, angular) = damped(before, undamped, &self.field.damping, self.cells[BEHIND], self.share * self.dt);
+        let (linear, angular) = self.field.damping.of_grain::<S, f64>(
+            &Side::scalar(before),
+            (lanes(&undamped.0), lanes(&undamped.1)),
+            self.cells[BEHIND],
+            self.share * self.dt,
+        );
+        let (linear, angular): (S::Vector, S::Spin) = (vector(&linear), vector(&angular));
         let damping = ((linear - undamped.0) * mass, (angular - undamped.1) * inertia);
 
         let mut fluctuations = [(S::Vector::zero(), S::Spin::zero()); 2];
