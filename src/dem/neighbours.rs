@@ -44,22 +44,23 @@ impl Pair {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Term(u32);
 
-const LANE_BITS: u32 = LANES.trailing_zeros();
+/// Terms that one pair could have: two sides in eight rows.
+const TERMS_OF_PAIR: u32 = 2 * LANES as u32;
 /// Pairs that a rank can hold.
-pub const PAIRS_MAX: usize = 1 << (31 - LANE_BITS);
+pub const PAIRS_MAX: usize = (u32::MAX / TERMS_OF_PAIR) as usize;
 
 impl Term {
     fn new(pair: usize, row: Row, is_b: bool) -> Self {
-        Self(((pair as u32) << LANE_BITS | row % LANES as u32) << 1 | u32::from(is_b))
+        Self(pair as u32 * TERMS_OF_PAIR + row % LANES as u32 * 2 + u32::from(is_b))
     }
     #[inline(always)]
     pub fn pair(self) -> usize {
-        (self.0 >> (LANE_BITS + 1)) as usize
+        (self.0 / TERMS_OF_PAIR) as usize
     }
     /// The row of the grain modulo eight.
     #[inline(always)]
     pub fn lane(self) -> usize {
-        (self.0 >> 1) as usize % LANES
+        (self.0 / 2) as usize % LANES
     }
     #[inline(always)]
     pub fn is_b(self) -> bool {
