@@ -1,7 +1,35 @@
-//! Vectors of rows that lie side by side as columns of lanes, and what is the same for all of them.
+//! Vectors of rows that lie side by side as columns of lanes, what is the same for all of them, and the largest of a number over all rows.
 
 use crate::base::lane::{LANES, Pack, Real};
+use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space, Words};
+
+/// The largest of numbers that come eight at a time, none of them below zero. What is not a number stays so: a maximum of lanes drops it, a
+/// sum of it times zero keeps it.
+#[derive(Clone, Copy)]
+pub struct Largest<P> {
+    most: P,
+    odd: P,
+}
+
+impl<P: Pack> Largest<P> {
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { most: P::splat(0.0), odd: P::splat(0.0) }
+    }
+
+    #[inline(always)]
+    pub fn take(&mut self, numbers: P) {
+        self.most = P::max(numbers, self.most);
+        self.odd = self.odd + numbers * P::splat(0.0);
+    }
+
+    /// With those that came one by one.
+    #[inline(always)]
+    pub fn or(self, other: f64) -> f64 {
+        (self.most + self.odd).numbers().into_iter().fold(other, larger)
+    }
+}
 
 /// The same in every lane.
 #[inline(always)]

@@ -21,8 +21,8 @@ pub const fn side_words<S: Space>() -> usize {
     if S::DIMENSION == 2 { 4 } else { 6 }
 }
 
-/// Words of a pair's row of forces: what it gives to `a`, then what it gives to `b`. Who sums them has nothing to reckon and nothing to
-/// choose.
+/// Words of a pair's row of forces: what it gives to `a`, then what it gives to `b`, so that a
+/// term of a grain's sum is one load and one addition.
 pub const fn row_words<S: Space>() -> usize {
     2 * side_words::<S>()
 }
@@ -152,7 +152,7 @@ fn write<S: Space, P: Pack>(given: &Given<S, P>, forces: &mut [f64]) {
     }
 }
 
-/// One side of a contact in lanes.
+/// A grain in lanes: one side of a contact, or by itself.
 #[derive(Clone, Copy)]
 pub struct Side<S: Space, R: Real> {
     pub position: S::VectorOf<R>,

@@ -279,3 +279,86 @@ pub fn drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) -> f
     };
     hot[..owned].par_chunks_mut(CHUNK).enumerate().map(chunk).reduce(|| 0.0, larger)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::lane::{Instructions, Packed};
+    use crate::base::space::{Plane, Solid};
+    use crate::dem::cell::Cell;
+
+    struct Eight<'a, S: Space, F>(&'a F, &'a mut [Hot<S>; LANES], [&'a [S::Vector; LANES]; 2], &'a [S::Spin; LANES]);
+
+    impl<S: Space, F: Finish<S>> Packed for Eight<'_, S, F> {
+        type Outcome = [f64; LANES];
+        #[inline(always)]
+        fn run<P: Pack>(self) -> [f64; LANES] {
+            let Self(finish, hot, [force, homes], torque) = self;
+            finish.finish_eight::<P>(hot, (force, torque), homes).numbers()
+        }
+    }
+
+    /// Numbers between -1 and 1 that no two places share.
+    fn number(place: usize) -> f64 {
+        (place as f64 * 0.754_877_666_246_692_7).fract() * 2.0 - 1.0
+    }
+
+    fn eights_move_as_single_ones_do<S: Space>(finish: &impl Finish<S>) {
+        let vector = |of: usize| {
+            let mut vector = S::Vector::zero();
+            (0..S::DIMENSION).for_each(|axis| vector[axis] = number(100 * of + axis + 7));
+            vector
+        };
+        let spin = |of: usize| {
+            let mut spin = S::Spin::zero();
+            (0..S::Spin::COMPONENTS).for_each(|axis| spin[axis] = number(100 * of + axis + 31));
+            spin
+        };
+        let hot = |lane: usize| Hot::<S> {
+            position: vector(lane),
+            velocity: vector(lane + 10),
+            spin: spin(lane),
+            radius: 1.0 + 0.3 * number(lane),
+            // Of the reconciliation zone as well.
+            weight: if lane.is_multiple_of(3) { 0.5 } else { 1.0 },
+            mass: 2.0 + number(lane + 3),
+            spare: S::Spare::default(),
+        };
+        let start: [Hot<S>; LANES] = std::array::from_fn(hot);
+        let (force, torque) =
+            (std::array::from_fn(|lane| vector(lane + 20)), std::array::from_fn(|lane| spin(lane + 20)));
+        let homes = std::array::from_fn(|lane| vector(lane + 30));
+        let (movers, waits) = ([Mover::Free; LANES], [false; LANES]);
+        let resting = Resting { movers: &movers, waits: &waits, alike: &[true], homes: &homes, cold: &[] };
+        let mut single = start;
+        let ways: [f64; LANES] =
+            std::array::from_fn(|lane| finish.finish(lane, &mut single[lane], (&force[lane], &torque[lane]), &resting));
+        assert!(single != start);
+        for instructions in Instructions::here() {
+            let mut eight = start;
+            let found = instructions.run(Eight(finish, &mut eight, [&force, &homes], &torque));
+            assert_eq!((eight, found), (single, ways), "{instructions:?}");
+        }
+    }
+
+    fn in_space<S: Space>() {
+        let mut gravity = S::Vector::zero();
+        gravity[1] = -9.81;
+        let mut cell = Cell::<S>::cuboid(S::Vector::zero(), S::Vector::zero(), [false; 3]);
+        (0..S::Tensor::COMPONENTS).for_each(|component| cell.gradient[component] = number(component + 50));
+        (0..S::DIMENSION).for_each(|axis| cell.corner[axis] = number(axis + 60));
+        let (dt_kick, dt) = (0.05, 0.1);
+        eights_move_as_single_ones_do(&Moves::<_, true> { kick: Falling::<S> { gravity }, dt_kick, dt });
+        eights_move_as_single_ones_do(&Moves::<_, false> { kick: Falling::<S> { gravity }, dt_kick, dt });
+        for form in [DampingForm::Vector, DampingForm::Component] {
+            let field = Field { gravity, damping: Damping { local: 0.3, form, mass: 0.7 } };
+            eights_move_as_single_ones_do(&Moves::<_, true> { kick: Damped { field, cell }, dt_kick, dt });
+        }
+    }
+
+    #[test]
+    fn eight_grains_move_as_each_of_them_does_to_the_bit_whatever_the_registers() {
+        in_space::<Plane>();
+        in_space::<Solid>();
+    }
+}

@@ -40,7 +40,7 @@ impl Pair {
 }
 
 /// One term of a grain's sum: a pair, which of eight rows side by side the grain is, and whether it is the pair's `b`. With the row in it
-/// the terms of eight grains are one list, in which nobody has to guess where a grain ends.
+/// one loop sums the terms of eight grains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Term(u32);
 

@@ -7,6 +7,7 @@ use crate::base::ids::Row;
 use crate::base::lane::{Instructions, LANES, Pack, Packed};
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
+use crate::dem::columns::Largest;
 use crate::dem::grains::{Cold, Grains, Hot, Mover};
 use crate::dem::kernel::{Pass, row_words, side_words};
 use crate::dem::law::Law;
@@ -231,8 +232,7 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
         let Self { shared, first, start, forces, moving: (hot, force, torque) } = self;
         let Shared { resting, finish, .. } = shared;
         let mut farthest = 0.0;
-        // A maximum drops what is not a number; a sum of it times zero keeps it.
-        let (mut most, mut odd) = (P::splat(0.0), P::splat(0.0));
+        let mut farthest_of_eights = Largest::<P>::none();
         let eights = hot.chunks_mut(LANES).zip(force.chunks_mut(LANES)).zip(torque.chunks_mut(LANES));
         for (eight, ((hot, force), torque)) in eights.enumerate() {
             let first = first + eight * LANES;
@@ -240,9 +240,7 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
             let homes = &resting.homes[first..first + hot.len()];
             match (hot.first_chunk_mut(), force.first_chunk(), torque.first_chunk(), homes.first_chunk()) {
                 (Some(hot), Some(force), Some(torque), Some(homes)) if resting.alike[first / LANES] => {
-                    let square = finish.finish_eight::<P>(hot, (force, torque), homes);
-                    most = P::max(square, most);
-                    odd = odd + square * P::splat(0.0);
+                    farthest_of_eights.take(finish.finish_eight(hot, (force, torque), homes));
                 }
                 _ => {
                     for (offset, hot) in hot.iter_mut().enumerate().filter(|(offset, _)| !resting.waits[first + offset])
@@ -253,7 +251,7 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
                 }
             }
         }
-        (most + odd).numbers().into_iter().fold(farthest, larger)
+        farthest_of_eights.or(farthest)
     }
 }
 
@@ -266,7 +264,7 @@ fn sum_eight<S: Space, F>(
     (force, torque): (&mut [S::Vector], &mut [S::Spin]),
 ) {
     let within = shared.neighbours.within();
-    // Picked by number: no branch that is guessed wrong wherever a grain has a pair beyond its segment.
+    // Picked by an index and not by a branch.
     let parts = [(forces, start), (shared.outer, within)];
     let mut sums = [[0.0; LANES]; LANES];
     for term in shared.neighbours.terms_of_eight(eight) {

@@ -2,11 +2,11 @@
 
 use crate::base::lane::{Instructions, LANES, Pack, Packed};
 use crate::base::numbers::{Lanes, Numbers};
-use crate::base::parallel::larger;
 use crate::base::space::{Lanewise, Linear, Space, Words};
 use crate::dem::cell::Cell;
-use crate::dem::columns::{columns, splat, times};
+use crate::dem::columns::{Largest, columns, splat, times};
 use crate::dem::grains::{Grains, Hot};
+use crate::dem::kernel::Side;
 use crate::dem::motion::Damping;
 
 /// What moves the velocities of grains, and what all of them share.
@@ -56,15 +56,12 @@ impl<S: Space, const DRIFTS: bool> Packed for OfGrains<'_, S, DRIFTS> {
     #[inline(always)]
     fn run<P: Pack>(self) -> Moved<S> {
         let Grains { hot, homes, force, torque, .. } = self.grains;
-        let zero = P::splat(0.0);
-        // A maximum drops what is not a number; a sum of it times zero keeps it.
-        let (mut most, mut odd) = (zero, zero);
+        let mut farthest = Largest::<P>::none();
         let mut sum: S::SpinOf<P> = Words::<P>::zero();
         let all = hot.chunks_mut(LANES).zip(homes.chunks(LANES)).zip(force.chunks(LANES).zip(torque.chunks(LANES)));
         for ((hot, homes), (force, torque)) in all {
             let (square, spin) = eight::<S, P, DRIFTS>(&self.kick_drift, hot, homes, (force, torque));
-            most = P::max(square, most);
-            odd = odd + square * zero;
+            farthest.take(square);
             sum = sum + spin;
         }
         let mut spins = S::Spin::zero();
@@ -72,7 +69,7 @@ impl<S: Space, const DRIFTS: bool> Packed for OfGrains<'_, S, DRIFTS> {
             // Lane by lane, in this order.
             spins[axis] = sum.word(axis).numbers().into_iter().sum();
         }
-        Moved { way: (most + odd).numbers().into_iter().fold(0.0, larger).sqrt(), spins }
+        Moved { way: farthest.or(0.0).sqrt(), spins }
     }
 }
 
@@ -86,13 +83,10 @@ fn eight<S: Space, P: Pack, const DRIFTS: bool>(
     (force, torque): (&[S::Vector], &[S::Spin]),
 ) -> (P, S::SpinOf<P>) {
     let last = hot.len() - 1;
-    let (at_velocity, at_spin) = (S::DIMENSION, 2 * S::DIMENSION);
-    let at_radius = at_spin + <S::SpinOf<P> as Words<P>>::COUNT;
     let mut record = Lanes::<P>::zero();
     record.load(&std::array::from_fn(|lane| &hot[lane.min(last)]), Hot::<S>::WIDTH);
-    let position: S::VectorOf<P> = record.words(0);
-    let (velocity, spin): (S::VectorOf<P>, S::SpinOf<P>) = (record.words(at_velocity), record.words(at_spin));
-    let (radius, mass) = (record.0[at_radius], record.0[at_radius + 2]);
+    let grain = Side::<S, P>::of_record(&record);
+    let Side { position, velocity, spin, radius, mass, .. } = grain;
     let (corner, dt) = (splat::<_, S::VectorOf<P>, P>(&kick_drift.cell.corner), P::splat(kick_drift.dt));
     let (velocity, spin) = match kick_drift.push {
         Push::MeanField(change) => {
@@ -104,16 +98,13 @@ fn eight<S: Space, P: Pack, const DRIFTS: bool>(
             let mut linear = columns::<_, S::VectorOf<P>, P>(force) * (one / mass);
             let mut angular = columns::<_, S::SpinOf<P>, P>(torque) * (one / S::grain_inertia(mass, radius));
             if let Some(damping) = damping {
-                // The mean field at the middle of the step, when the velocity is known.
-                let fluctuation = velocity - times::<S, P>(&kick_drift.cell.gradient, &(position - corner));
-                linear = damping.opposed(linear, &fluctuation, kick_drift.dt);
-                angular = damping.opposed(angular, &spin, kick_drift.dt);
+                (linear, angular) = damping.of_grain(&grain, (linear, angular), kick_drift.cell, kick_drift.dt);
             }
             (velocity + linear * dt, spin + angular * dt)
         }
     };
-    record.set_words(at_velocity, &velocity);
-    record.set_words(at_spin, &spin);
+    record.set_words(S::DIMENSION, &velocity);
+    record.set_words(2 * S::DIMENSION, &spin);
     let mut square = P::splat(0.0);
     if DRIFTS {
         let position = position + velocity * dt;
