@@ -545,6 +545,108 @@ def planar(pair, strains=(0.01, 0.1)):
     )
 
 
+def packings(folder, strains=(0.01, 0.1), cell=7.5e-3):
+    """Packings of planar shear that nothing was chosen on: FOLDER has of each packing N the runs dem_N (grains alone), and of those that are to be held against it
+    hybrid_N, points_N (the continuum alone), low_N (grains alone in a specimen as high as a zone), again_N (the same packing's grains alone at another speed by 5e-5), and
+    N/comparison.json of `scree report --between`. Moving averages of the shear stress over half a percent of strain. Means have their 95 % intervals by Student's t over packings,
+    differences of strain at the peak and of the peak their p by the same; places of bands are held against those of grains alone of all other packings by exchanging them."""
+    import glob
+    import json
+    import os
+    import re
+
+    import numpy
+    from scipy import stats
+
+    seeds = sorted(int(re.search(r"dem_(\d+)$", path).group(1)) for path in glob.glob(f"{folder}/dem_*") if os.path.isdir(path))
+
+    def curve(kind, seed):
+        path = f"{folder}/{kind}_{seed}"
+        if not os.path.exists(f"{path}/series.csv"):
+            return None
+        rows = series(path)
+        strain, stress = (numpy.array([row[name] for row in rows]) for name in ("strain", "shear_stress"))
+        # Of the same shear strain as the whole specimen, not of the same way of the plate.
+        strain = strain * scenario(f"{folder}/dem_{seed}")["specimen"]["height"] / scenario(path)["specimen"]["height"]
+        at = numpy.arange(0.004, 0.1165, 0.001)
+        if strain[-1] < at[-1]:
+            return None
+        return at, numpy.array([stress[abs(strain - middle) < 0.0025].mean() for middle in at])
+
+    def bands(seed):
+        """Middle (m above the lowest point), thickness (D50) and share of shear inside zones by the name of the run."""
+        path = f"{folder}/{seed}/comparison.json"
+        if not os.path.exists(path):
+            return {}
+        runs = json.load(open(path))["bands"]["runs"]
+        return {run["run"].split()[0]: [run[key] for key in ("height_m", "thickness_d50", "shear_inside_zone")] for run in runs}
+
+    def interval(values):
+        values = numpy.array(values)
+        half = stats.t.ppf(0.975, len(values) - 1) * values.std(ddof=1) / len(values) ** 0.5 if len(values) > 1 else float("nan")
+        return f"{values.mean():+.2f} +- {half:.2f} (each {values.std(ddof=1) if len(values) > 1 else float('nan'):.2f})"
+
+    off = {}
+    for kind in ("hybrid", "points", "low", "again"):
+        found = {"mean": [], "rms": [], "strain": [], "peak": [], "place": [], "alone": [], "thickness": [], "seeds": []}
+        for seed in seeds:
+            alone, other = curve("dem", seed), curve(kind, seed)
+            if alone is None or other is None:
+                continue
+            at, wanted = alone
+            inside = (at > strains[0]) & (at < strains[1])
+            mean, difference = wanted[inside].mean(), other[1] - wanted
+            found["seeds"].append(seed)
+            found["mean"].append(100 * difference[inside].mean() / mean)
+            found["rms"].append(100 * (difference[inside] ** 2).mean() ** 0.5 / mean)
+            found["strain"].append(100 * (at[other[1].argmax()] - at[wanted.argmax()]))
+            found["peak"].append(100 * (other[1].max() / wanted.max() - 1))
+            band = bands(seed)
+            ours, theirs = band.get(f"{kind}_{seed}"), band.get(f"dem_{seed}")
+            told = ""
+            if ours and theirs and ours[0] is not None and theirs[0] is not None:
+                found["place"].append(ours[0])
+                found["alone"].append(theirs[0])
+                told = f"; band at {1e3 * ours[0]:.0f} mm for {1e3 * theirs[0]:.0f}"
+                if ours[1] is not None and theirs[1] is not None:
+                    found["thickness"].append(ours[1] - theirs[1])
+                    told += f", {ours[1]:.1f} D50 for {theirs[1]:.1f}"
+                if ours[2] is not None:
+                    told += f", {100 * ours[2]:.0f} % of shear in zones"
+            print(f"{kind} {seed}: mean {found['mean'][-1]:+.1f} %, rms {found['rms'][-1]:.1f} %, strain at the peak {found['strain'][-1]:+.1f} %, peak {found['peak'][-1]:+.1f} %{told}")
+        if not found["seeds"]:
+            continue
+        off[kind] = found
+        count = len(found["seeds"])
+        print(f"{kind}, {count} packings: mean {interval(found['mean'])} %, rms {numpy.mean(found['rms']):.1f} %")
+        for name, what in (("strain", "strain at the peak"), ("peak", "peak")):
+            p = stats.ttest_1samp(found[name], 0).pvalue if count > 1 else float("nan")
+            print(f"  {what}: {interval(found[name])} %, p {p:.3f}")
+        if found["thickness"]:
+            print(f"  thickness: {interval(found['thickness'])} D50")
+        if len(found["place"]) > 2:
+            ours, alone = numpy.array(found["place"]), numpy.array(found["alone"])
+            apart = abs(ours[:, None] - alone[None, :])
+            near = int((numpy.diag(apart) <= cell).sum())
+            draws, random = 100_000, numpy.random.default_rng(1)
+            by_chance = [(apart[numpy.arange(len(ours)), random.permutation(len(ours))] <= cell).sum() for _ in range(draws)]
+            farther = [apart[numpy.arange(len(ours)), random.permutation(len(ours))].mean() <= numpy.diag(apart).mean() for _ in range(draws)]
+            print(
+                f"  place: {near} of {len(ours)} within {1e3 * cell:g} mm, {numpy.mean(by_chance):.1f} by chance, p {numpy.mean(numpy.array(by_chance) >= near):.3f};"
+                f" {1e3 * numpy.diag(apart).mean():.0f} mm apart, {1e3 * apart.mean():.0f} by chance, p {numpy.mean(farther):.3f}"
+            )
+    if "hybrid" in off:
+        for kind in ("points", "low"):
+            if kind not in off:
+                continue
+            both = [seed for seed in off["hybrid"]["seeds"] if seed in off[kind]["seeds"]]
+            pick = lambda found, name: numpy.abs([found[name][found["seeds"].index(seed)] for seed in both])
+            for name in ("mean", "rms", "strain", "peak"):
+                worse = pick(off[kind], name) - pick(off["hybrid"], name)
+                p = stats.ttest_1samp(worse, 0, alternative="greater").pvalue if len(both) > 1 else float("nan")
+                print(f"{kind} worse than the hybrid by |{name}|: {interval(worse)}, p {p:.3f}")
+
+
 def coupling(folder, begin=0.06, strains=(0.012, 0.06)):
     """A hybrid of planar shear: mean of sigma_yy by weights and space over each layer of cells without those beside plates, of frames from `begin` (s) on;
     the springs' stretch at the last checkpoint, which is the slip times the continuum's share; mean shear stress between two strains."""
@@ -592,6 +694,7 @@ if __name__ == "__main__":
         "outside": outside,
         "rest": rest,
         "planar": planar,
+        "packings": packings,
         "coupling": coupling,
         "sheared": sheared,
     }
