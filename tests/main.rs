@@ -266,6 +266,9 @@ mod calibrate;
 /// Frames, contacts as lines and dumps of grains tell of one stress, are read by VTK, and are the same on any ranks.
 #[path = "cli/frame_files.rs"]
 mod frame_files;
+/// The Python package reads runs as the program wrote them, to the bit, and starts some.
+#[path = "cli/python.rs"]
+mod python;
 /// `scree bench scaling` measures jobs on several numbers of ranks, from a checkpoint on and wider, and leaves a page.
 #[path = "cli/scaling.rs"]
 mod scaling;

@@ -28,17 +28,19 @@ fail() {
 echo "== Format"
 cargo fmt --all --check || fail "the format; run cargo fmt --all"
 
-# Tests that read frames with VTK skip themselves where it is missing, unless they are told which interpreter has it.
+# Tests that read runs with VTK, or by the Python package, skip themselves where what they need is missing, unless they are told which interpreter has it.
 if [ -z "${SCREE_PYTHON:-}" ]; then
-    echo "== Python with VTK"
-    if python3 -c 'import vtk, numpy' 2>/dev/null; then
+    echo "== Python with VTK, pandas and h5py"
+    needed='import sys, vtk, numpy, pandas, h5py
+if sys.version_info < (3, 11): import tomli'
+    if python3 -c "$needed" 2>/dev/null; then
         SCREE_PYTHON=python3
     else
         SCREE_PYTHON=$PWD/$target/python/bin/python
         case $target in /*) SCREE_PYTHON=$target/python/bin/python ;; esac
-        "$SCREE_PYTHON" -c 'import vtk, numpy' 2>/dev/null ||
-            { python3 -m venv "$target/python" && "$SCREE_PYTHON" -m pip install -q vtk numpy; } ||
-            fail "installing the Python packages vtk and numpy; have python3 and python3-venv, or name an interpreter that has them in SCREE_PYTHON"
+        "$SCREE_PYTHON" -c "$needed" 2>/dev/null ||
+            { python3 -m venv "$target/python" && "$SCREE_PYTHON" -m pip install -q vtk numpy pandas h5py 'tomli; python_version < "3.11"'; } ||
+            fail "installing the Python packages vtk, numpy, pandas and h5py; have python3 and python3-venv, or name an interpreter that has them in SCREE_PYTHON"
     fi
 fi
 export SCREE_PYTHON

@@ -1,0 +1,35 @@
+"""Runs of scree as arrays.
+
+>>> import scree
+>>> run = scree.Run("runs/planar_shear")
+>>> run.series["shear_stress"], run.units["shear_stress"]     # a column, and "Pa"
+>>> frame = run.frames.at(0.12)                               # the frame nearest to 0.12 s
+>>> frame.grains["stress"]                                    # xx, yy, xy of each grain, Pa
+>>> run = scree.run("jobs/quickstart.toml", {"seed": 2}, out="runs/second")
+
+Everything is in SI units as the files are; nothing here computes what the program does.
+"""
+
+from scree.checkpoints import Checkpoint
+from scree.ensembles import Ensemble, mean_curve
+from scree.frames import Frame, Frames
+from scree.program import Failed, run
+from scree.quantities import deviator, fabric, pressure, void_ratio
+from scree.runs import Run
+from scree.units import unit_of
+
+__all__ = [
+    "Checkpoint",
+    "Ensemble",
+    "Failed",
+    "Frame",
+    "Frames",
+    "Run",
+    "deviator",
+    "fabric",
+    "mean_curve",
+    "pressure",
+    "run",
+    "unit_of",
+    "void_ratio",
+]

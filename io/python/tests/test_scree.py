@@ -1,0 +1,243 @@
+"""The package against runs of the program, which SCREE names; without it these tests are skipped."""
+
+import csv
+import os
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import scree
+
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAM = os.environ.get("SCREE")
+
+#: Discs that are sheared in a periodic cell.
+JOB = """
+name = "cell"
+seed = 3
+[cell]
+space = "plane"
+upper = ["22 mm", "22 mm"]
+periodic = [true, true]
+velocity_gradient = [[0, 20], [0, 0]]
+[grains]
+density = 2650
+count = 400
+diameter_mean = "1 mm"
+diameter_deviation = "0.1 mm"
+[packing]
+preparation = "compress"
+stress = "100 kPa"
+energy_ratio_max = 1e-2
+cache = "cache"
+[contact]
+stiffness_normal = 1e5
+stiffness_tangential = 5e4
+damping_normal = 0.5
+damping_tangential = 0.5
+friction = 0.5
+[time]
+step = "1 us"
+end = "2 ms"
+[output]
+series_interval = "0.1 ms"
+frame_interval = "1 ms"
+checkpoint_interval = "1 ms"
+contact_frames = true
+"""
+
+
+UNITS = {"1", "s", "m", "m/s", "m3", "rad", "kg", "N", "N m", "N s", "J", "Pa"}
+
+
+class Units(unittest.TestCase):
+    def test_the_page_in_the_package_is_that_of_the_documentation(self):
+        self.assertEqual((ROOT / "docs/columns.md").read_text(), (ROOT / "io/python/scree/columns.md").read_text())
+
+    def test_columns_have_their_units(self):
+        wanted = {"time": "s", "stress_xy": "Pa", "plate_force_y": "N", "base_displacement_x": "m", "grains": "1", "shear_stress": "Pa", "edge_xx": "m", "A_void_ratio": "1"}
+        self.assertEqual({name: scree.unit_of(name) for name in wanted}, wanted)
+        self.assertIsNone(scree.unit_of("nobody"))
+
+    def test_every_column_of_the_page_has_a_unit(self):
+        from scree.units import _table
+
+        self.assertEqual({unit for _, unit in _table()} - UNITS, set())
+        self.assertEqual([scree.unit_of(name) for name in ("work_bodies", "energy_stored", "stress_error_yy", "points_dissipated")], ["J", "J", "Pa", "J"])
+
+
+#: A block of elements that is pulled.
+ELEMENTS = """
+name = "block"
+[mesh]
+space = "plane"
+upper = ["1 m", "50 cm"]
+elements = [4, 2]
+[material]
+law = "hencky"
+density = "2000 kg/m3"
+young_modulus = "10 MPa"
+poisson_ratio = 0.3
+[gravity]
+acceleration = [0, "-9.81 m/s2"]
+[[region]]
+shape = "box"
+lower = [0, 0]
+upper = ["1 m", "50 cm"]
+[[boundary]]
+face = "x_upper"
+kind = "free"
+[[boundary]]
+face = "y_upper"
+kind = "free"
+[time]
+end = "10 ms"
+[output]
+frame_interval = "10 ms"
+"""
+
+
+class Quantities(unittest.TestCase):
+    def test_pressure_and_deviator_of_the_plane_and_of_space(self):
+        self.assertEqual(scree.pressure(np.array([-3.0, -1.0, 0.5])), 2.0)
+        self.assertAlmostEqual(scree.deviator(np.array([-3.0, -1.0, 1.0])), 2**0.5)
+        # xx, yy, xy, zz, yz, xz. Compressed along z: q is the difference of the axial and the lateral stress.
+        self.assertAlmostEqual(scree.deviator(np.array([-1.0, -1.0, 0.0, -4.0, 0.0, 0.0])), 3.0)
+        self.assertAlmostEqual(scree.pressure(np.array([-1.0, -2.0, 0.5, -3.0, 0.0, 0.0])), 2.0)
+        for shear in (2, 4, 5):
+            stress = np.zeros(6)
+            stress[shear] = 2.0
+            self.assertAlmostEqual(scree.deviator(stress), 12**0.5)
+        with self.assertRaises(ValueError):
+            scree.pressure(np.zeros(4))
+
+    def test_curves_of_several_runs_have_a_mean_and_its_error(self):
+        x = np.linspace(0, 1, 11)
+        table = scree.mean_curve([(x, x), (x, 3 * x), (x[:6], 2 * x[:6])], np.array([0.25, 0.75]))
+        self.assertAlmostEqual(table["mean"].iloc[0], 0.5)
+        self.assertAlmostEqual(table["error"].iloc[0], 0.25 / 3**0.5)
+        self.assertTrue(np.isnan(table["mean"].iloc[1]))
+
+
+@unittest.skipUnless(PROGRAM, "SCREE names no program")
+class Runs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.job = Path(cls.folder.name) / "job.toml"
+        cls.job.write_text(JOB)
+        cls.run_of = scree.run(cls.job, {"cell.velocity_gradient": [[0, 25.0], [0, 0]]}, out=Path(cls.folder.name) / "run", program=PROGRAM, threads=1)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_series_are_the_numbers_of_the_file(self):
+        with open(self.run_of.folder / "series.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(list(self.run_of.series.columns), list(rows[0]))
+        for name in rows[0]:
+            self.assertEqual([float(row[name]) for row in rows], list(self.run_of.series[name]), name)
+            self.assertIn(self.run_of.units[name], UNITS, name)
+        self.assertEqual(self.run_of.job["cell"]["velocity_gradient"][0][1], 25.0)
+        self.assertEqual(self.run_of.summary["outcome"], "done")
+        self.assertEqual(self.run_of.events("started")[0]["grains"], 400)
+
+    def test_frames_are_those_of_the_file(self):
+        frames = self.run_of.frames
+        self.assertTrue(np.allclose(frames.times, [0, 1e-3, 2e-3], atol=1e-6))
+        with h5py.File(frames.path) as file:
+            positions, velocities = file["VTKHDF/Points"][:], file["VTKHDF/PointData/velocity"][:]
+        for index, frame in enumerate(frames):
+            self.assertEqual(len(frame.grains), 400)
+            rows = slice(400 * index, 400 * (index + 1))
+            np.testing.assert_array_equal(frame.places[:, 0], positions[rows])
+            np.testing.assert_array_equal(frame["velocity"], velocities[rows])
+        self.assertEqual(frames.at(0.9e-3).time, frames.times[1])
+        self.assertEqual(len(frames[-1].points), 0)
+        self.assertEqual([frame.time for frame in frames[1:]], list(frames.times[1:]))
+
+    def test_frames_of_several_files_are_one_list(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("frames.vtkhdf", "frames.2.vtkhdf"):
+                shutil.copy(self.run_of.frames.path, Path(folder) / name)
+            frames = scree.Frames(Path(folder) / "frames.vtkhdf")
+            self.assertEqual(len(frames), 6)
+            np.testing.assert_array_equal(frames[4]["velocity"], self.run_of.frames[1]["velocity"])
+            # Of two of one time the run went on with the later one.
+            self.assertEqual(frames.at(2e-3).time, self.run_of.frames.times[2])
+
+    def test_force_chains_bear_the_stress_of_the_series(self):
+        """Love and Weber: the sum of force by branch over the volume is the mean stress."""
+        contacts, frame = self.run_of.contacts[-1], self.run_of.frames[-1]
+        self.assertEqual(len(contacts), int(self.run_of.series["contacts"].iloc[-1]))
+        branch = (contacts.places[:, 1] - contacts.places[:, 0])[:, :2]
+        force = contacts["force"][:, :2]
+        edges, depth = frame.cell["cell_edges"].reshape(3, 3)[:2, :2], frame.cell["cell_edges"][8]
+        stress = np.einsum("ci,cj->ij", force, branch) / (abs(np.linalg.det(edges)) * depth)
+        series = self.run_of.series.iloc[-1]
+        for i, j, name in ((0, 0, "stress_xx"), (1, 1, "stress_yy"), (0, 1, "stress_xy")):
+            self.assertAlmostEqual(abs(stress[i, j] / series[name]), 1, places=6, msg=name)
+        strong = contacts.where(contacts["force_normal"] > contacts["force_normal"].mean())
+        self.assertEqual(len(strong["force"]), len(strong.places))
+        fabric = scree.fabric(contacts, 2)
+        self.assertAlmostEqual(np.trace(fabric), 1)
+        # Grains that are sheared lean on each other across the shear.
+        self.assertLess(fabric[0, 1], 0)
+
+    def test_checkpoints_have_their_tables(self):
+        last = self.run_of.checkpoints[-1]
+        self.assertEqual(last.step, 2000)
+        grains = last.table("grains")
+        self.assertEqual(len(grains), 400)
+        order = np.argsort(grains["id"].to_numpy())
+        frame = self.run_of.frames[-1]
+        np.testing.assert_array_equal(
+            grains[["velocity_0", "velocity_1"]].to_numpy()[order], frame["velocity"][np.argsort(frame["id"]), :2]
+        )
+        self.assertIn("[contact]", last.job)
+
+    def test_elements_are_quadrilaterals_with_their_fields(self):
+        job = Path(self.folder.name) / "elements.toml"
+        job.write_text(ELEMENTS)
+        run = scree.run(job, {"time.end": np.float64(2e-2)}, out=Path(self.folder.name) / "elements", program=PROGRAM)
+        frame = run.elements[-1]
+        self.assertEqual(frame.places.shape, (8, 4, 3))
+        self.assertEqual(len(frame["stress"]), 8)
+        edges = np.linalg.norm(np.diff(frame.places, axis=1), axis=2)
+        np.testing.assert_allclose(edges, 0.25, rtol=1e-2)
+
+    def test_several_runs_are_an_ensemble(self):
+        ensemble = scree.Ensemble([self.run_of, self.run_of])
+        curve = ensemble.curve("time", "stress_xy", self.run_of.series["time"].to_numpy())
+        np.testing.assert_allclose(curve["mean"], self.run_of.series["stress_xy"])
+        error = self.run_of.summary["conservation"]["mass"]["error"]
+        self.assertEqual(list(ensemble.summary("conservation", "mass", "error")), [error, error])
+
+    def test_what_the_program_refuses_is_told(self):
+        with self.assertRaises(scree.Failed) as refused:
+            scree.run(self.job, {"time.step": "1 km"}, out=Path(self.folder.name) / "other", program=PROGRAM)
+        self.assertIn("time.step", str(refused.exception))
+        with self.assertRaises(FileNotFoundError):
+            scree.Run(self.folder.name)
+
+    def test_frames_are_seen_by_pyvista(self):
+        try:
+            import pyvista
+        except ModuleNotFoundError:
+            self.skipTest("there is no pyvista")
+        mesh = self.run_of.frames[-1].to_pyvista()
+        self.assertIsInstance(mesh, pyvista.PolyData)
+        self.assertEqual((mesh.n_points, mesh.n_cells), (400, 400))
+        contacts = self.run_of.contacts[-1]
+        mesh = contacts.to_pyvista()
+        self.assertEqual(mesh.n_cells, len(contacts))
+        np.testing.assert_array_equal(mesh.cell_data["force"], contacts["force"])
+
+
+if __name__ == "__main__":
+    unittest.main()
