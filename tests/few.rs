@@ -8,7 +8,7 @@ use scree::dem::cell::Cell;
 use scree::dem::grains::{GrainRow, Hot, Mover};
 use scree::dem::law::law_of;
 use scree::domain::layout::{Ground, Layout};
-use scree::domain::rebuild::Parts;
+use scree::domain::parts::Parts;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{
     Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,

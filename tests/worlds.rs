@@ -11,7 +11,7 @@ use scree::dem::grains::Mover;
 use scree::dem::law::law_of;
 use scree::domain::grid::Grid;
 use scree::domain::layout::Layout;
-use scree::domain::rebuild::Parts;
+use scree::domain::parts::Parts;
 use scree::domain::world::Settings;
 use scree::job::Scenario;
 use scree::law::contact::{LinearSpringDashpot, NormalForce};

@@ -20,11 +20,13 @@ mod file;
 mod layout;
 mod read;
 mod shape;
+mod vtu;
 
 use std::path::{Path, PathBuf};
 
 pub use file::FrameFile;
 pub use read::{attributes, read, read_frame, read_part, refuse_fewer, times};
+pub use vtu::{pvd, write_vtu};
 
 use crate::column::Column;
 

@@ -5,6 +5,7 @@ pub mod calibrate;
 pub mod columns;
 pub mod curve;
 pub mod drive;
+pub mod likeness;
 pub mod measures;
 pub mod run;
 pub mod snapshot;

@@ -1,5 +1,6 @@
 //! The ground: errors, numbers, spaces, vectors of registers, records.
 
+pub mod compiled;
 pub mod digits;
 pub mod error;
 pub mod exact;

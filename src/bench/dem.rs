@@ -12,7 +12,7 @@ use crate::dem::drive::CellDrive;
 use crate::dem::grains::GrainRow;
 use crate::dem::grains::Mover;
 use crate::dem::tile::tile;
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::world::World;
 use crate::job::assembly::{Packed, Source};
 use crate::job::{Assembly, Job};

@@ -8,6 +8,7 @@ use crate::base::units::{Dimension, in_short, quantity};
 use crate::export::grain_dump::{self, Moment};
 use crate::export::grain_export::{self, Wanted};
 use crate::export::rve_export;
+use crate::export::vtu_export;
 use crate::run::results::refuse_existing;
 use crate::store::checkpoint;
 
@@ -16,6 +17,8 @@ pub(super) struct Files<'a> {
     pub grains: Option<&'a Path>,
     pub contacts: Option<&'a Path>,
     pub dump: Option<&'a Path>,
+    /// The folder of frames for older ParaView.
+    pub vtu: Option<&'a Path>,
     /// A point, and the file of its RVE.
     pub rve: Option<(&'a str, &'a Path)>,
     /// Whether they may take the place of others.
@@ -29,9 +32,11 @@ pub(super) fn command(
     (at, all): (Option<&str>, bool),
     wanted: Wanted,
 ) -> Result<String, Error> {
-    if files.grains.is_none() && files.contacts.is_none() && files.dump.is_none() && files.rve.is_none() {
+    let [grains, contacts, dump, vtu] =
+        [files.grains, files.contacts, files.dump, files.vtu].map(|file| file.is_some());
+    if !(grains || contacts || dump || vtu || files.rve.is_some()) {
         return Err(Error::User(
-            "There is no file to write. Give --grains FILE.csv (or FILE.data), --contacts FILE.csv, --lammps-dump FILE, or --rve POINT and --rve-frame FILE.vtkhdf.".into(),
+            "There is no file to write. Give --grains FILE.csv (or FILE.data), --contacts FILE.csv, --lammps-dump FILE, --vtu DIR, or --rve POINT and --rve-frame FILE.vtkhdf.".into(),
         ));
     }
     refuse_no_run(dir)?;
@@ -45,6 +50,9 @@ pub(super) fn command(
     if let Some(file) = files.dump {
         let moment = if all { Moment::All } else { at.map_or(Moment::Last, Moment::At) };
         told += &grain_dump::write(dir, file, moment)?;
+    }
+    if let Some(to) = files.vtu {
+        told += &vtu_export::write(dir, to, at.map_or(Moment::All, Moment::At), files.overwrite)?;
     }
     if let Some((point, file)) = files.rve {
         let (state, time) = checkpoint::state_at(dir, at)?;

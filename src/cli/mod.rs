@@ -71,6 +71,9 @@ enum Command {
         /// Threads that each rank is going to have, to be told what that means here and how long it takes.
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
+        /// Leave out what takes seconds: of a hybrid, element tests of its grains, which its continuum is held against; their packings are kept in packing.cache.
+        #[arg(long)]
+        quick: bool,
         /// Print the job written out instead: SI numbers, every default, and what planar shear means as a job on a grid.
         #[arg(long)]
         expand: bool,
@@ -178,6 +181,9 @@ enum Command {
         /// The LAMMPS text dump to write, for OVITO and others: the grains of the run's last frame.
         #[arg(long, value_name = "FILE")]
         lammps_dump: Option<PathBuf>,
+        /// The folder to write all frames into as .vtu files with a .pvd, for ParaView before 5.12; with --at one of them.
+        #[arg(long, value_name = "DIR")]
+        vtu: Option<PathBuf>,
         /// The file of frames to write (.vtkhdf) with the grains of the RVE of the point --rve; its force chains go beside it.
         #[arg(long, value_name = "FILE", requires = "rve")]
         rve_frame: Option<PathBuf>,
@@ -187,7 +193,7 @@ enum Command {
         /// Write all frames into the dump.
         #[arg(long, requires = "lammps_dump", conflicts_with = "at")]
         all: bool,
-        /// The checkpoint, and of a dump the frame, of this time, for example 0, 0.02 or "20 ms". Default: the newest.
+        /// The checkpoint, and of a dump or of --vtu the frame, of this time, for example 0, 0.02 or "20 ms". Default: the newest.
         #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
         at: Option<String>,
         /// The time of the velocities: that of the positions, or half a step before as the run keeps them.
@@ -259,11 +265,11 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
         Command::Check { job, set, expand: true, .. } => {
             on_rank_zero(transport, || Ok(Job::load(&job, &set)?.expanded()))
         }
-        Command::Check { job, set, threads, expand: false } => {
+        Command::Check { job, set, threads, quick, expand: false } => {
             let placement = Placement::of(transport, threads);
             on_rank_zero(transport, || {
                 start_threads(placement.threads)?;
-                Ok(check::command(&job, &set)? + &check::placed(&placement))
+                Ok(check::command((&job, &set), !quick)? + &check::placed(&placement))
             })
         }
         Command::Calibrate(typed) => {
@@ -296,6 +302,7 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
                 grains,
                 contacts,
                 lammps_dump,
+                vtu,
                 rve_frame,
                 rve,
                 all,
@@ -309,6 +316,7 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
                     grains: grains.as_deref(),
                     contacts: contacts.as_deref(),
                     dump: lammps_dump.as_deref(),
+                    vtu: vtu.as_deref(),
                     rve: rve.as_deref().zip(rve_frame.as_deref()),
                     overwrite,
                 };

@@ -4,7 +4,8 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use crate::base::space::{Space, Words};
+use crate::base::compiled::of_space;
+use crate::base::space::{Plane, Solid, Space, Words};
 use crate::dem::kernel::{Given, Pass, evaluate, give};
 use crate::dem::neighbours::Pair;
 use crate::law::contact::{Absent, Answer, Contact, ContactLaw, ForAnyLaw, Memory, Springs, Touch};
@@ -67,8 +68,11 @@ pub type SharedLaw<S> = Arc<dyn Law<S>>;
 
 /// The law that a job names.
 pub fn law_of<S: Space>(contact: &Contact) -> SharedLaw<S> {
-    contact.apply(Unnamed)
+    of_space::<Named<S>>([&NAMED.0, &NAMED.1])(contact)
 }
+
+type Named<S> = fn(&Contact) -> SharedLaw<S>;
+static NAMED: (Named<Plane>, Named<Solid>) = (|contact| contact.apply(Unnamed), |contact| contact.apply(Unnamed));
 
 /// That of worlds without grains.
 pub fn no_law<S: Space>() -> SharedLaw<S> {

@@ -4,9 +4,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::base::compiled::of_space;
 use crate::base::error::Error;
 use crate::base::parallel::larger;
-use crate::base::space::{Linear, Space};
+use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::dem::assembly::{Assembly, Constants};
 use crate::dem::cell::Cell;
 use crate::dem::contacts::deeper;
@@ -31,6 +32,9 @@ pub struct Sample<S: Space> {
     /// Rows of each place that has any.
     together: Vec<Range<usize>>,
 }
+
+type Advance<S> = fn(&mut Sample<S>) -> Result<(), Error>;
+static ADVANCE: (Advance<Plane>, Advance<Solid>) = (|sample| sample.take_step(), |sample| sample.take_step());
 
 impl<S: Space> Sample<S> {
     /// At step zero, from rows that are at home where they are.
@@ -69,6 +73,10 @@ impl<S: Space> Sample<S> {
 
     /// One step.
     pub fn advance(&mut self) -> Result<(), Error> {
+        of_space::<Advance<S>>([&ADVANCE.0, &ADVANCE.1])(self)
+    }
+
+    fn take_step(&mut self) -> Result<(), Error> {
         self.assembly.contacts.settle_images(&self.assembly.cell);
         let keeps = self.assembly.keeps_forces(&self.constants);
         self.assembly.contacts.keep_forces(keeps);

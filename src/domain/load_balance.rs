@@ -362,7 +362,7 @@ impl<S: Space> World<'_, S> {
         self.look_at_costs();
         self.refresh_ghosts();
         self.deal_out(cut(weights, self.transport.size()));
-        self.settle(Vec::new(), Vec::new(), Vec::new())
+        self.settle(Default::default())
     }
 
     /// Counts rows that leave this rank.

@@ -10,6 +10,7 @@ pub mod load_balance;
 pub mod means;
 pub mod meter;
 pub mod nonlocal;
+pub mod parts;
 pub mod phases;
 pub mod plan;
 pub mod reaction;

@@ -1,5 +1,6 @@
 //! The nonlocal operator over ranks: which points of others are around those that are here, and what travels of them in a step.
 
+use rayon::prelude::*;
 use scree_partition::{Halo, HaloBuffers, Reader, Writer};
 
 use crate::base::error::Error;
@@ -8,6 +9,9 @@ use crate::base::space::{Linear, Space};
 use crate::domain::world::World;
 use crate::mpm::nonlocal::{Bins, Nonlocal, Places, Seen, Weights};
 use crate::mpm::points::{Cold, Hot};
+
+/// Means that a thread takes at a time, at least.
+const ROWS_AT_ONCE: usize = 64;
 
 /// Points around those of this rank.
 pub struct Neighbourhood<S: Space> {
@@ -145,6 +149,7 @@ impl<S: Space> World<'_, S> {
         around.tensors[..owned].copy_from_slice(&own);
         around.renew(transport);
         let (weights, tensors) = (&around.weights, &around.tensors);
-        (0..owned).map(|row| weights.mean(row, |other| tensors[other])).collect()
+        let mean = |row| weights.mean(row, |other| tensors[other]);
+        (0..owned).into_par_iter().with_min_len(ROWS_AT_ONCE).map(mean).collect()
     }
 }

@@ -5,16 +5,15 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Instant;
 
-use scree_partition::{ExactSums, Halo, ParcelError, Reader, Transport, Writer, cut};
+use scree_partition::{ExactSums, Halo, Transport, cut};
 
+use crate::base::compiled::of_space;
 use crate::base::error::Error;
 use crate::base::ids::PointId;
-use crate::base::record::{Record, Visitor};
 use crate::base::rows::Moved;
-use crate::base::space::{Linear, Space};
+use crate::base::space::{Plane, Solid, Space};
 use crate::bodies::body::Body;
 use crate::dem::assembly::{Assembly, add_image};
-use crate::dem::cell::Cell;
 use crate::dem::grains::{Cold, GrainRow, Grains, Mover, PenaltySpring};
 use crate::dem::memories::Memories;
 use crate::domain::accounts::ledger::points::PointLedger;
@@ -22,90 +21,22 @@ use crate::domain::grid::Reactions;
 use crate::domain::layout::{Deal, Layout};
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::nonlocal::Neighbourhood;
+use crate::domain::parts::{Home, Parts};
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::{Participants, Subdomain};
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::fem::elements::Elements;
-use crate::fem::node::Node;
 use crate::mpm::continuum::Continuum;
-use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Hot as PointHot, Point, Points};
 use crate::mpm::shape::DRIFT_MAX;
-use crate::rve::{Packings, RveRow, Scratches};
-
-/// What a world is made of, before it has blocks.
-pub struct Parts<S: Space> {
-    pub grains: Vec<GrainRow<S>>,
-    pub points: Vec<Point<S>>,
-    /// Of points whose material is grains, and on every rank radii and masses of the grains of their packings.
-    pub rves: Vec<RveRow<S>>,
-    pub packings: Packings,
-    /// Of elements, all on rank 0.
-    pub nodes: Vec<Node<S>>,
-    pub bodies: Vec<Body<S>>,
-    pub membranes: Membranes<S>,
-    pub cell: Cell<S>,
-    pub home: Home<S>,
-}
-
-impl<S: Space> Parts<S> {
-    /// Of a world that begins: everything is at home. Without membranes.
-    pub fn fresh(grains: Vec<GrainRow<S>>, points: Vec<Point<S>>, bodies: Vec<Body<S>>, cell: Cell<S>) -> Self {
-        let home = Home { cell, bodies: bodies.iter().map(|body| body.displacement).collect() };
-        Self {
-            grains,
-            points,
-            rves: Vec::new(),
-            packings: Vec::new(),
-            nodes: Vec::new(),
-            bodies,
-            membranes: Membranes::default(),
-            cell,
-            home,
-        }
-    }
-}
-
-/// Cell and bodies at the last rebuild: lists and their age follow from them, as from the homes of grains.
-#[derive(Clone, Debug)]
-pub struct Home<S: Space> {
-    pub cell: Cell<S>,
-    /// Displacements, m.
-    pub bodies: Vec<S::Vector>,
-}
-
-impl<S: Space> Record for Home<S> {
-    fn visit(&mut self, visitor: &mut dyn Visitor) {
-        self.cell.visit(visitor);
-    }
-}
-
-impl<S: Space> crate::base::record::Cargo for Home<S> {
-    fn blank() -> Self {
-        Self { cell: Cell::blank(), bodies: Vec::new() }
-    }
-    fn pack_rest(&mut self, to: &mut Writer) {
-        to.u64(self.bodies.len() as u64);
-        for displacement in &mut self.bodies {
-            displacement.as_mut_slice().iter().for_each(|component| to.f64(*component));
-        }
-    }
-    fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), ParcelError> {
-        for _ in 0..from.u64()? {
-            let mut displacement = S::Vector::zero();
-            for component in displacement.as_mut_slice() {
-                *component = from.f64()?;
-            }
-            self.bodies.push(displacement);
-        }
-        Ok(())
-    }
-}
+use crate::rve::{RveRow, Scratches};
 
 /// Grains and points of a rank.
 pub type Rows<S> = (Vec<GrainRow<S>>, Vec<Point<S>>);
+/// Grains, points and RVEs of these that are new to a world.
+type Fresh<S> = (Vec<GrainRow<S>>, Vec<Point<S>>, Vec<RveRow<S>>);
 /// A block, and a part of it.
 type Place = (usize, u32);
 /// Where a row stands in the order of rows, by place and id, and where it comes from: a row here, or behind those an
@@ -127,6 +58,10 @@ const TRAVELS: u64 = 5;
 /// Cells between a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
 /// either side.
 const COUPLED_CELLS: usize = 4;
+
+type Settle<S> = fn(&mut World<S>, Fresh<S>) -> Result<(), Error>;
+static SETTLE: (Settle<Plane>, Settle<Solid>) =
+    (|world, fresh| world.settle_all(fresh), |world, fresh| world.settle_all(fresh));
 
 impl<'t, S: Space> World<'t, S> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
@@ -249,7 +184,7 @@ impl<'t, S: Space> World<'t, S> {
         self.assembly.grains = Grains::default();
         self.assembly.contacts.clear();
         self.assembly.walls.list.clear();
-        self.settle(grains, fresh_points, fresh_rves)?;
+        self.settle((grains, fresh_points, fresh_rves))?;
         self.price_deal(timer);
         self.phases.stop_around(Phase::Balance, started, booked);
         Ok(())
@@ -298,7 +233,7 @@ impl<'t, S: Space> World<'t, S> {
         let dealt = self.deal_if_due()?;
         self.phases.stop(Phase::Balance, timer);
         let settling = self.phases.start();
-        self.settle(Vec::new(), Vec::new(), Vec::new())?;
+        self.settle(Fresh::default())?;
         self.phases.stop(if dealt { Phase::Balance } else { Phase::Rebuild }, settling);
         if dealt {
             self.price_deal(timer);
@@ -308,12 +243,11 @@ impl<'t, S: Space> World<'t, S> {
 
     /// Brings the rows that are here and `fresh` ones to the ranks that own their blocks, in the one order that fixes every
     /// sum, and makes the lists.
-    pub(crate) fn settle(
-        &mut self,
-        fresh: Vec<GrainRow<S>>,
-        fresh_points: Vec<Point<S>>,
-        fresh_rves: Vec<RveRow<S>>,
-    ) -> Result<(), Error> {
+    pub(crate) fn settle(&mut self, fresh: Fresh<S>) -> Result<(), Error> {
+        of_space::<Settle<S>>([&SETTLE.0, &SETTLE.1])(self, fresh)
+    }
+
+    fn settle_all(&mut self, (fresh, fresh_points, fresh_rves): Fresh<S>) -> Result<(), Error> {
         self.subdomain.settlings += 1;
         self.settle_points(fresh_points, fresh_rves)?;
         self.settle_elements(self.number_of(Travel::Nodes))?;

@@ -155,6 +155,12 @@ pub fn broadcast<T: Cargo>(transport: &dyn Transport, mut rows: Vec<T>) -> Resul
     unpack(&transport.broadcast(bytes)).map_err(|error| Error::Run(error.to_string()))
 }
 
+/// Numbers of rank 0, on every rank.
+pub fn broadcast_numbers(transport: &dyn Transport, numbers: &[f64]) -> Vec<f64> {
+    let bytes = transport.broadcast(numbers.iter().flat_map(|number| number.to_le_bytes()).collect());
+    bytes.chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().expect("eight bytes"))).collect()
+}
+
 /// Ranks agree on the outcome of something each did for itself: where any failed, all return the failure of the lowest.
 /// Codes tell whose mistake it was.
 pub fn agree<T>(transport: &dyn Transport, outcome: Result<T, Error>) -> Result<T, Error> {

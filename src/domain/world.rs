@@ -5,10 +5,11 @@ use std::mem;
 
 use scree_partition::{ExactSums, Halo, Transport};
 
+use crate::base::compiled::of_space;
 use crate::base::error::Error;
 use crate::base::numbers::Numbers;
 use crate::base::parallel::larger;
-use crate::base::space::{Linear, Space};
+use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::bodies::body::Body;
 use crate::dem::assembly::{Assembly, Constants};
 use crate::dem::law::Law;
@@ -110,6 +111,9 @@ pub struct World<'t, S: Space> {
     pub(crate) column_sums: ExactSums,
 }
 
+type Advance<S> = fn(&mut World<S>) -> Result<(), Error>;
+static ADVANCE: (Advance<Plane>, Advance<Solid>) = (|world| world.take_cycle(), |world| world.take_cycle());
+
 /// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space.
 pub(crate) const GRAIN_WORDS_PLANE: usize = 5;
 pub(crate) const GRAIN_WORDS_SOLID: usize = 9;
@@ -127,6 +131,10 @@ impl<S: Space> World<'_, S> {
 
     /// One step of the continuum, and as many of grains as belong to it.
     pub fn advance(&mut self) -> Result<(), Error> {
+        of_space::<Advance<S>>([&ADVANCE.0, &ADVANCE.1])(self)
+    }
+
+    fn take_cycle(&mut self) -> Result<(), Error> {
         for step in 0..self.settings.grain_steps {
             self.step_of_cycle = step;
             self.take_step()?;

@@ -77,7 +77,7 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
 }
 
 /// Numbers of the frames that are wanted; `dt` is the time step, s, to half of which a time must be met.
-fn chosen(times: &[f64], moment: Moment, (dir, dt): (&Path, f64)) -> Result<Vec<usize>, Error> {
+pub(super) fn chosen(times: &[f64], moment: Moment, (dir, dt): (&Path, f64)) -> Result<Vec<usize>, Error> {
     if times.is_empty() {
         return Err(Error::User(format!("{}: there are no frames yet", dir.display())));
     }

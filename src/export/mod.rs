@@ -1,4 +1,4 @@
-//! Grains for other programs.
+//! Grains and frames for other programs.
 
 use std::path::Path;
 
@@ -8,6 +8,7 @@ use crate::job::Job;
 pub mod grain_dump;
 pub mod grain_export;
 pub mod rve_export;
+pub mod vtu_export;
 
 /// Refuses a run that never has grains.
 fn refuse_points_alone(job: &Job, dir: &Path) -> Result<(), Error> {

@@ -307,9 +307,7 @@ impl Continuum {
         let key_of_place = text("contact_at", about, "\"nodes\"").or("face");
         choose(form, &mut self.at_face, "place of contact", key_of_place, &[("nodes", false), ("face", true)]);
         let about = "whether the solid volume fraction varies from place to place as the packing's does";
-        let key_of_start = text("heterogeneity", about, "\"packing\"").or("none");
-        let names = [("none", false), ("packing", true)];
-        choose(form, &mut self.is_heterogeneous, "heterogeneity", key_of_start, &names);
+        heterogeneity(form, &mut self.is_heterogeneous, about);
         let weak = key("weak", "regions that start looser", Wants::Text, "[]").optional();
         super::schema::list(
             form,
@@ -320,6 +318,12 @@ impl Continuum {
             WeakRegion::keys,
         );
     }
+}
+
+/// Whether points begin with what the packing has around them.
+pub(super) fn heterogeneity(form: &mut dyn Form, is_heterogeneous: &mut bool, about: &'static str) {
+    let key = text("heterogeneity", about, "\"packing\"").or("none");
+    choose(form, is_heterogeneous, "heterogeneity", key, &[("none", false), ("packing", true)]);
 }
 
 /// A rectangle of points whose law starts from a lower solid volume fraction; mass is not changed.

@@ -4,10 +4,11 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use crate::base::compiled::of_space;
 use crate::base::lane::Instructions;
 use crate::base::numbers::Numbers;
 use crate::base::record::{Record, Visitor};
-use crate::base::space::{Space, Words};
+use crate::base::space::{Plane, Solid, Space, Words};
 use crate::law::material::{Absent, ConstitutiveLaw, ForAnyMaterial, MaterialLaw, MaterialMemory};
 use crate::mpm::gather::{Block, Taking, gather_points};
 use crate::mpm::points::Hot;
@@ -91,8 +92,11 @@ impl<S: Space, L: MaterialLaw<S>> StressModel<S> for L {
 
 /// The law that a job names.
 pub fn material_of<S: Space>(law: &ConstitutiveLaw) -> SharedMaterial<S> {
-    law.apply(Unnamed)
+    of_space::<Named<S>>([&NAMED.0, &NAMED.1])(law)
 }
+
+type Named<S> = fn(&ConstitutiveLaw) -> SharedMaterial<S>;
+static NAMED: (Named<Plane>, Named<Solid>) = (|law| law.apply(Unnamed), |law| law.apply(Unnamed));
 
 struct Unnamed;
 

@@ -17,7 +17,7 @@ use crate::dem::law::law_of;
 use crate::dem::motion::Field;
 use crate::dem::sample::Sample;
 use crate::domain::layout::{Ground, Layout};
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::assembly::{Assembly, BodyServo, Read, Shape, Source, Velocities};

@@ -7,7 +7,7 @@ use crate::base::ids::PointId;
 use crate::base::space::{Linear, Plane, Space};
 use crate::base::symmetric::Symmetric;
 use crate::bodies::body::{Body, Instant, Shape, Side};
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::transfer;
 use crate::job::{Method, Scenario, derived};
 use crate::mpm::points::Point;
@@ -136,9 +136,7 @@ fn fractions(
         fractions.iter_mut().for_each(|fraction| *fraction += off);
         Ok(fractions)
     });
-    let mine: Vec<u8> = transfer::agree(transport, found)?.iter().flatten().flat_map(|it| it.to_le_bytes()).collect();
-    let of_all = transport.broadcast(mine);
-    Ok(of_all.chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().expect("eight bytes"))).collect())
+    Ok(transfer::broadcast_numbers(transport, &transfer::agree(transport, found)?.unwrap_or_default()))
 }
 
 /// What the weak regions take from the solid volume fraction at a place.

@@ -6,15 +6,18 @@ use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
+use crate::base::units::in_short;
 use crate::bodies::body::{Body, MeshSide};
 use crate::bodies::boundary::Grip;
 use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
+use crate::dem::grains::GrainRow;
 use crate::dem::law::{SharedLaw, no_law};
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
+use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
 use crate::mpm::load::{Kind, LOADS_MAX, Load, of_side};
@@ -24,7 +27,9 @@ use crate::mpm::points::Point;
 use crate::mpm::scheme::Transfer;
 use crate::mpm::stress::SharedMaterial;
 use crate::prepare::grain_world::{body_of, vector};
+use crate::prepare::heterogeneity::Places;
 use crate::prepare::mesh_world;
+use crate::prepare::sheared;
 use crate::store::checkpoint::Drawn;
 
 /// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
@@ -289,6 +294,50 @@ pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &d
         }
     }
     points
+}
+
+/// Mean diameters that the kernel of a heterogeneity reaches to either side, at least: some sixty grains.
+const KERNEL_IN_DIAMETERS: f64 = 7.5;
+
+/// Points of a grid in the plane begin as dense as the grains of the specimen, all on rank 0, are around them: each is off the fraction and the mass of its region by
+/// what the grains there are off their mean. Collective.
+pub(crate) fn vary_as_grains_do<S: Space>(
+    points: &mut [Point<S>],
+    (job, law): (&Mpm, &SharedMaterial<S>),
+    grains: &[GrainRow<S>],
+    transport: &dyn Transport,
+) -> Result<(), Error> {
+    let [columns, rows, _] = job.places();
+    let index = |place: usize| [place % columns, place / columns, 0];
+    let filled: Vec<bool> = (0..columns * rows).map(|place| job.region_of(index(place)).is_some()).collect();
+    let first = job.place([0, 0, 0]);
+    let (periodic, diameter) = (job.grid.periodic, job.grains.as_ref().map_or(0.0, |it| it.piece.matter.diameter_mean));
+    let places = Places {
+        first: [first[0], first[1]],
+        spacing: job.spacing(),
+        counts: [columns, rows],
+        periodic: [periodic[0], periodic[1]],
+        filled: &filled,
+    };
+    let length = job.grid.cell.max(KERNEL_IN_DIAMETERS * diameter);
+    let told = sheared::on_root(transport, || {
+        places.deviations(grains, length).ok_or_else(|| {
+            Error::User(format!(
+                "material.heterogeneity = \"packing\" is told by the grains within {} mm of a point, and the material is nowhere as wide as that to all sides. Write \"none\".",
+                in_short(1e3 * length)
+            ))
+        })
+    });
+    let deviations = transfer::broadcast_numbers(transport, &transfer::agree(transport, told)?.unwrap_or_default());
+    for point in points {
+        let place = index(point.cold.id.0 as usize);
+        let Some(region) = job.region_of(place).map(|region| &job.regions[region]) else { continue };
+        let (even, deviation) = (job.fraction_in(region), deviations[point.cold.id.0 as usize]);
+        point.hot.mass *= 1.0 + deviation / even;
+        point.hot.memory = law.start(&stress_at::<S>(job, &job.place(place)), even + deviation);
+        point.hot.stress = S::Symmetric::of(&law.stress(&point.hot.memory));
+    }
+    Ok(())
 }
 
 fn tensor<S: Space>(rows: &[[f64; 3]; 3]) -> S::Tensor {

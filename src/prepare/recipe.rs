@@ -81,6 +81,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
         reference: Origin::Specimen,
         rves: Rves::DEFAULT,
         known: None,
+        is_heterogeneous: false,
     };
     let recipe = Mpm {
         name: "specimen".into(),
@@ -111,7 +112,8 @@ fn named(how: &str, job: &str) -> String {
         .replace("\nenergy_balance = ", "\nledger = ")
         .replace("\nvolume_averaging = true", "")
         .replace("\ncriterion = \"laplacian\"", "")
-        .replace("\ncontact_at = \"nodes\"", "");
+        .replace("\ncontact_at = \"nodes\"", "")
+        .replace("\nheterogeneity = \"none\"", "");
     format!("{how}\n{job}")
 }
 

@@ -16,7 +16,7 @@ use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::law::{SharedLaw, law_of, memory_words};
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::dem::walls::place_beside;
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::Method;
@@ -89,7 +89,8 @@ pub fn specimen<S: Space>((job, granular): (&Mpm, &Granular), transport: &dyn Tr
         tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
     }
     let is_tiled = granular.method == Method::Hybrid && granular.reference == Origin::Piece;
-    if granular.method == Method::Mpm || is_tiled {
+    let is_looked_at = granular.method != Method::Mpm || granular.is_heterogeneous;
+    if !is_looked_at || is_tiled {
         let (bodies, vertices) = (point_world::bodies(job), point_world::vertices(job));
         return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
     }

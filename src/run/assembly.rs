@@ -9,7 +9,7 @@ use crate::base::space::{AXES, Linear, Plane, Solid, Space};
 use crate::dem::law::{SharedLaw, law_of};
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::instant::Instant;
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::job::assembly::{Assembly, CellServo, Source};
 use crate::job::figures;
 use crate::job::raw::Typed;

@@ -8,7 +8,7 @@ use crate::base::ids::PointId;
 use crate::base::space::Space;
 use crate::dem::law::SharedLaw;
 use crate::domain::accounts::ledger::Accounts;
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::world::World;
 use crate::job::Output;
 use crate::mpm::membrane::Vertex;

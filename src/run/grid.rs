@@ -8,7 +8,7 @@ use crate::base::ids::PointId;
 use crate::base::space::{Plane, Space};
 use crate::dem::law::{SharedLaw, law_of, no_law};
 use crate::domain::accounts::ledger::Accounts;
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::step::rves::RveEvent;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
@@ -252,7 +252,10 @@ impl<'s, S: Space> Grains<'s, S> {
                 if job.is_told_by_packing() {
                     job.material.law = job.material.law.with_fraction(fraction);
                 }
-                let points = point_world::points(&job, &self.law, transport);
+                let mut points = point_world::points(&job, &self.law, transport);
+                if granular.is_heterogeneous {
+                    point_world::vary_as_grains_do(&mut points, (&job, &self.law), &grains, transport)?;
+                }
                 (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
             }
         };
@@ -275,6 +278,7 @@ impl<S: Space> Setup for Grains<'_, S> {
             columns.extend(may_have_points.then(|| grid::account_beside_grains(job.averages_volume())));
         }
         columns.extend([grid::oracle(), grid::extents(), grid::reactions(job), grid::membranes(job)]);
+        columns.extend((self.granular.method == Method::Hybrid).then(columns::shear_in_zones));
         columns.extend(grid::is_enclosed(job).then(|| grid::enclosed_volume(job.grid.depth)));
         columns.extend(job.follow.iter().map(|follow| grid::followed(&follow.name, nearest(job, &follow.place))));
         Experiment {

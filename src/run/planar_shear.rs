@@ -7,7 +7,7 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::dem::law::{SharedLaw, law_of};
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::grid;
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::transfer;
 use crate::job::{Method, Scenario, derived};
 use crate::mpm::membrane::{Membranes, Vertex};
@@ -40,6 +40,7 @@ impl Setup for Scenario {
         if self.ledger {
             columns.push(columns::account_of_grains(&WORKS));
         }
+        columns.extend((self.method == Method::Hybrid).then(columns::shear_in_zones));
         Experiment {
             job: self.to_toml(),
             output: &self.output,

@@ -13,10 +13,11 @@
 //! A cell that expands until nothing in it touches is **loose**: its grains are carried along without steps and without stress until the
 //! volume is back at which the last contact was lost; otherwise they would fly on for ever. Then they start from rest.
 
+use crate::base::compiled::of_space;
 use crate::base::error::Error;
 use crate::base::math;
 use crate::base::record::{Record, Visitor};
-use crate::base::space::{Linear, Space};
+use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::Hot;
 use crate::dem::sample::Sample;
@@ -170,6 +171,10 @@ impl<S: Space> Response<S> {
     }
 }
 
+type Follow<S> = fn(&mut Rve<S>, (&<S as Space>::Tensor, f64, &Drive), &mut Scratch<S>) -> Result<Response<S>, Error>;
+static FOLLOW: (Follow<Plane>, Follow<Solid>) =
+    (|rve, along, scratch| rve.follow_by(along, scratch), |rve, along, scratch| rve.follow_by(along, scratch));
+
 impl<S: Space> Rve<S> {
     /// Of grains at rest, in the cell as it is at F = I. `depth` is that of the plane, m, one in space; all grains are free, of one
     /// density, with ids from none on in the order of rows.
@@ -322,6 +327,14 @@ impl<S: Space> Rve<S> {
         deformation: &S::Tensor,
         duration: f64,
         drive: &Drive,
+        scratch: &mut Scratch<S>,
+    ) -> Result<Response<S>, Error> {
+        of_space::<Follow<S>>([&FOLLOW.0, &FOLLOW.1])(self, (deformation, duration, drive), scratch)
+    }
+
+    fn follow_by(
+        &mut self,
+        (deformation, duration, drive): (&S::Tensor, f64, &Drive),
         scratch: &mut Scratch<S>,
     ) -> Result<Response<S>, Error> {
         scratch.lend(&mut self.sample);

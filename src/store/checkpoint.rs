@@ -22,7 +22,7 @@ use crate::dem::grains::{GrainRow, PenaltySpring};
 use crate::domain::accounts::conservation::Kept;
 use crate::domain::accounts::ledger::Entry;
 use crate::domain::guards::grains::EnergyGuard;
-use crate::domain::rebuild::{Home, Parts};
+use crate::domain::parts::{Home, Parts};
 use crate::domain::transfer::{self, PIECE_ROWS};
 use crate::domain::world::World;
 use crate::fem::node::Node;

@@ -29,6 +29,13 @@ fn number(of: &Value) -> f64 {
     of.as_f64().unwrap_or_else(|| panic!("{of} is no number"))
 }
 
+/// A column of the series of a run.
+fn column(folder: &Path, run: &str, name: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(folder.join(run).join("series.csv")).unwrap();
+    let at = text.lines().next().unwrap().split(',').position(|other| other == name).unwrap();
+    text.lines().skip(1).map(|line| line.split(',').nth(at).unwrap().parse().unwrap()).collect()
+}
+
 #[test]
 fn a_hybrid_shears_as_the_grains_alone_do() {
     let _turn = turn();
@@ -62,12 +69,17 @@ fn a_hybrid_shears_as_the_grains_alone_do() {
     // Figure 14: back within 1 % of strain.
     let disturbance = &found["disturbance"][0];
     assert!(number(&disturbance["strain_until_recovered"]) < 0.01, "{disturbance:#}");
+    // A continuum that is stronger than its grains leaves all shear to the zone, as the report has it by what frames show.
+    let inside_zones = column(folder.path(), "hybrid", "shear_in_zones");
+    let (before, after): (Vec<f64>, Vec<f64>) = inside_zones.iter().partition(|share| **share == 0.0);
+    let mean = after.iter().sum::<f64>() / after.len() as f64;
+    let runs = found["bands"]["runs"].as_array().unwrap();
+    let shown = number(&runs.iter().find(|run| run["run"] == "hybrid").unwrap()["shear_inside_zone"]);
+    println!("{} rows before, then {mean:.3} of the shear is inside, by the frames {shown:.3}", before.len());
+    assert!(!before.is_empty() && inside_zones[..before.len()] == before[..]);
+    assert!(mean > 0.8 && (mean - shown).abs() < 0.15, "{mean} {shown}");
     // What grains gain in volume, the hybrid gains.
-    let volume = ["dem", "hybrid"].map(|run| {
-        let text = std::fs::read_to_string(folder.path().join(run).join("series.csv")).unwrap();
-        let column = text.lines().next().unwrap().split(',').position(|name| name == "volume_strain").unwrap();
-        text.lines().last().unwrap().split(',').nth(column).unwrap().parse::<f64>().unwrap()
-    });
+    let volume = ["dem", "hybrid"].map(|run| *column(folder.path(), run, "volume_strain").last().unwrap());
     println!("volume strains {volume:?}");
     assert!((volume[0] - volume[1]).abs() < 8e-4, "{volume:?}");
     // Through the enrichment.

@@ -148,6 +148,32 @@ fn the_packing_tells_the_fraction_that_points_start_with() {
     assert!(result(&told) != result(&other), "nothing looks at it");
 }
 
+/// A hybrid before its band and its continuum alone begin with the same fractions from place to place, those of one specimen, also where faces of the
+/// grid hold it: nothing but bodies and membranes had pressed the specimen of a continuum alone.
+#[test]
+fn a_continuum_alone_begins_as_heterogeneous_as_its_hybrid() {
+    let folder = tempfile::tempdir().unwrap();
+    let heterogeneous = "softening_rate = 10\n        heterogeneity = \"packing\"";
+    let base = "[[body]]\n        name = \"base\"\n        shape = \"plane\"\n        point = [0, 0]\n        normal = [0, 1]\n        contact = \"rough\"\n";
+    let floor = "face = \"y_lower\"\n        kind = \"free\"";
+    let on_face =
+        [("softening_rate = 10", heterogeneous), (base, ""), (floor, "face = \"y_lower\"\n        kind = \"fixed\"")];
+    let run = |name: &str, method: &str, changes: &[(&str, &str)]| {
+        let out = folder.path().join(name);
+        done(start::start(&parse(&replaced(triaxial(method, 2e-4), changes)), &options(&out), &Solo));
+        let text = std::fs::read_to_string(out.join("series.csv")).unwrap();
+        let lines: Vec<Vec<String>> = text.lines().map(|line| line.split(',').map(String::from).collect()).collect();
+        let columns = ["time", "mass", "momentum_y", "stress_xx", "stress_yy"];
+        let at = columns.map(|name| lines[0].iter().position(|other| *other == name).unwrap());
+        lines.iter().map(|line| at.map(|column| line[column].clone())).collect::<Vec<_>>()
+    };
+    let [hybrid, alone] = ["hybrid", "mpm"].map(|method| run(method, method, &on_face[..1]));
+    assert_eq!(hybrid, alone);
+    assert!(alone != run("even", "mpm", &[]), "nothing looks at it");
+    let [hybrid, alone] = ["hybrid", "mpm"].map(|method| run(&format!("{method} on a face"), method, &on_face));
+    assert_eq!(hybrid, alone);
+}
+
 /// Membranes hold grains by nodes alone. None leaves, single ones included; nobody gives them mass or momentum beside bodies and pressure;
 /// and the pressure is what they bear across.
 #[test]
@@ -207,7 +233,10 @@ fn a_specimen_from_the_cache_goes_as_one_that_has_just_been_made() {
 #[test]
 fn a_hybrid_in_a_membrane_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
-    let (_, series) = same(&parse(&triaxial("hybrid", 4e-3)), folder.path(), "a hybrid in membranes");
+    // Points begin as dense as its grains are around them.
+    let heterogeneous = "softening_rate = 10\n        heterogeneity = \"packing\"";
+    let text = replaced(triaxial("hybrid", 4e-3), &[("softening_rate = 10", heterogeneous)]);
+    let (_, series) = same(&parse(&text), folder.path(), "a hybrid in membranes");
     let last: Vec<&str> = series.lines().last().unwrap().split(',').collect();
     let [grains, points] = [last[2], last[3]].map(|number| number.parse::<f64>().unwrap());
     assert!(grains > 100.0 && points > 50.0, "{grains} grains and {points} points");

@@ -6,7 +6,7 @@ use scree::base::space::{Plane, Space};
 use scree::base::symmetric::Symmetric;
 use scree::domain::grid::Grid;
 use scree::domain::layout::Layout;
-use scree::domain::rebuild::Parts;
+use scree::domain::parts::Parts;
 use scree::domain::world::Settings;
 use scree::law::material::CriticalDruckerPrager;
 use scree::mpm::stress::StressModel;

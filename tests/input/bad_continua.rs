@@ -316,7 +316,7 @@ fn no_material() {
     GOOD.refused(
         &format!("[material]\n{}\n", law()),
         "",
-        "job.toml: a continuum needs the table [material] (what the points are made of), and the job has none. Add it with the keys law, young_modulus, poisson_ratio, bulk_modulus, shear_modulus, dilation_angle, friction_angle_critical, fraction_critical, dilation_factor, softening_rate, cohesion, fraction, shear_modulus_degradation, shear_degradation_strain, hardening_strain, hardening_fraction_width, hardening_start, phase_transformation_factor, density, file; jobs/continuum/column_collapse.toml shows one.",
+        "job.toml: a continuum needs the table [material] (what the points are made of), and the job has none. Add it with the keys law, young_modulus, poisson_ratio, bulk_modulus, shear_modulus, dilation_angle, friction_angle_critical, fraction_critical, dilation_factor, softening_rate, cohesion, fraction, shear_modulus_degradation, shear_degradation_strain, hardening_strain, hardening_fraction_width, hardening_start, phase_transformation_factor, density, heterogeneity, file; jobs/continuum/column_collapse.toml shows one.",
     );
 }
 

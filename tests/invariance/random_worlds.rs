@@ -15,7 +15,7 @@ use scree::dem::grains::Mover;
 use scree::dem::law::law_of;
 use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout, RIM_CELLS};
-use scree::domain::rebuild::Parts;
+use scree::domain::parts::Parts;
 use scree::domain::transfer;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{LinearSpringDashpot as LinearContact, NormalForce};

@@ -6,7 +6,7 @@ use scree::dem::cell::Cell;
 use scree::dem::drive::{Response, StressServo};
 use scree::dem::motion::{Damping, DampingForm};
 use scree::domain::layout::{Ground, Layout};
-use scree::domain::rebuild::Parts;
+use scree::domain::parts::Parts;
 use scree::domain::world::World;
 use scree::law::contact::{Contact, LinearSpringDashpot};
 use scree_partition::Solo;

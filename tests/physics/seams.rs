@@ -17,7 +17,7 @@ use scree::dem::law::SharedLaw;
 use scree::domain::accounts::ledger::Accounts;
 use scree::domain::grid::Grid;
 use scree::domain::layout::Layout;
-use scree::domain::rebuild::Parts;
+use scree::domain::parts::Parts;
 use scree::domain::world::{Settings, World};
 use scree::job::Output;
 use scree::law::contact::{Answer, ContactLaw, Springs as Stiffness, Touch};

@@ -11,9 +11,10 @@ use std::collections::BTreeMap;
 use scree_partition::ExactSum;
 
 use super::account::{Account, BeforeAndAfter};
-use super::patches::{around, patches};
+use super::patches::patches;
 use super::points::{Maker, first_free_id, part_at, places};
 use super::{PlanarPoint, Vector, cell_grid};
+use crate::adapt::cells::around;
 use crate::base::error::Error;
 use crate::base::space::{Plane, Space};
 use crate::couple::patch::Patch;

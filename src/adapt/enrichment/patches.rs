@@ -2,16 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use scree_partition::{ParcelError, Reader, Writer};
-
+use super::cell_grid;
 use super::motion::displacement;
-use super::{Vector, cell_grid};
+use crate::adapt::cells::{around, everywhere};
 use crate::base::error::Error;
-use crate::base::numbers::Numbers;
 use crate::base::space::{Linear, Plane, Space};
 use crate::couple::patch::Patch;
 use crate::couple::rest::{CellStrain, RestWatch};
-use crate::couple::zone::CellGrid;
 use crate::dem::grains::Mover;
 use crate::prepare::sheared::PlanarWorld;
 
@@ -28,17 +25,6 @@ pub fn look_for_rest(world: &mut PlanarWorld, watch: &mut RestWatch, (depth, tim
     let rates: Vec<CellStrain> = patches.keys().map(rate).collect();
     watch.take(&rates, time);
     Ok(())
-}
-
-/// Sums of the cells around one, and of itself, about its centre.
-pub(super) fn around(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, cell: u64) -> Patch {
-    let mut sum = Patch::default();
-    for (beside, step) in grid.around(cell as usize) {
-        if let Some(patch) = patches.get(&(beside as u64)) {
-            sum.add(patch, &Vector::new(step[0] as f64 * grid.cell, step[1] as f64 * grid.cell));
-        }
-    }
-    sum
 }
 
 /// Sums of all cells that hold grains, each about its own centre, on every rank; with the stress of their contacts if that is wanted. A
@@ -61,29 +47,7 @@ pub(super) fn patches(world: &mut PlanarWorld, depth: f64, with_contacts: bool) 
             patch.moment += moments.get(row).copied().unwrap_or_else(Tensor::zero);
         }
     }
-    let mut parcel = Writer::new();
-    for (cell, patch) in &mine {
-        parcel.u64(*cell);
-        patch.numbers().iter().for_each(|number| parcel.f64(*number));
-    }
-    let mut all = BTreeMap::new();
-    for bytes in world.transport.all_gather(parcel.as_bytes()) {
-        read(&bytes, &mut all).map_err(|error| Error::Run(error.to_string()))?;
-    }
-    Ok(all)
-}
-
-fn read(bytes: &[u8], into: &mut BTreeMap<u64, Patch>) -> Result<(), ParcelError> {
-    let mut reader = Reader::plain(bytes);
-    while reader.left() > 0 {
-        let (cell, mut patch) = (reader.u64()?, Patch::default());
-        for number in patch.numbers_mut() {
-            *number = reader.f64()?;
-        }
-        let before = into.insert(cell, patch);
-        assert!(before.is_none(), "a cell belongs to one rank");
-    }
-    Ok(())
+    everywhere(world.transport, &mine)
 }
 
 /// Love-Weber sums of all owned grains, J. Collective.

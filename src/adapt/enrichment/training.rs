@@ -11,7 +11,7 @@ use crate::bodies::body::{Body, Instant};
 use crate::couple::zone::Enrichment;
 use crate::dem::assembly::{Constants, PUSHED_DRAG};
 use crate::dem::grains::{Cold, Mover, is_body};
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::world::Settings;
 use crate::prepare::reference::Lies;
 use crate::prepare::sheared::{Grain, PlanarWorld};

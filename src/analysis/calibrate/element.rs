@@ -31,7 +31,7 @@ pub const INERTIAL_CYCLES: f64 = 2.5e-5;
 /// The cell may stretch so many times faster than it shears: no dense packing dilates as fast.
 const STRETCH_MOST: f64 = 10.0;
 /// Kinetic over elastic energy of a packing at rest, at most: small strains must be seen above what still moves.
-const ENERGY_RATIO_MOST: f64 = 1e-5;
+pub const ENERGY_RATIO_MOST: f64 = 1e-5;
 /// Of the course with reversals: of a first small unloading, while friction is mobilised, by how much, and of the reversal, at
 /// the peak of dense packings.
 pub const STRAIN_FIRST: f64 = 0.0025;
@@ -132,6 +132,8 @@ pub struct Packing {
     pub stress: f64,
     /// Friction while it is made, in place of the job's: more of it leaves grains looser.
     pub friction: Option<f64>,
+    /// Kinetic over elastic energy at rest, at most; no more than the job allows.
+    pub energy_ratio_most: f64,
 }
 
 /// The state of the packing at one time.
@@ -250,7 +252,7 @@ impl Element<'_> {
 
     fn assembly(&self) -> Assembly {
         let stress = self.stress();
-        let packed = self.subject.packed(self.grains, self.seed, self.packing, ENERGY_RATIO_MOST);
+        let packed = self.subject.packed(self.grains, self.seed, self.packing);
         let axes = self.subject.axes();
         let solid =
             figures::sizes(&packed).map_or(0.0, |sizes| self.grains as f64 * figures::grain_measure(sizes, axes));

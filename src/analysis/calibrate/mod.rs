@@ -24,7 +24,7 @@ mod subject;
 
 pub use subject::Subject;
 
-use element::{Element, Packing, Row, Test};
+use element::{ENERGY_RATIO_MOST, Element, Packing, Row, Test};
 use fit::{Fit, Quality, Shear, fit, moduli};
 
 /// What is wanted beside the job.
@@ -117,7 +117,7 @@ pub fn calibrate(subject: &Subject, wanted: Wanted) -> Result<Calibration, Error
 /// The tests of one packing, in the order that they are done in: two compressions, the shear, and where grains cohere the
 /// shear without.
 pub fn elements(subject: &Subject, wanted: Wanted, seed: u64) -> Vec<Element<'_>> {
-    let packing = Packing { stress: subject.stress, friction: None };
+    let packing = Packing { stress: subject.stress, friction: None, energy_ratio_most: ENERGY_RATIO_MOST };
     let of = |test, contact| Element { subject, contact, test, grains: wanted.grains, seed, packing };
     let (contact, shear) = (subject.piece.contact, Test::Shear { strain: wanted.strain });
     let mut elements = vec![of(Test::Isotropic, contact), of(Test::Uniaxial, contact), of(shear, contact)];

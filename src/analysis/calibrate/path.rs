@@ -2,7 +2,7 @@
 
 use crate::analysis::calibrate::element::{ROW_SHEAR, Row};
 use crate::base::space::{Linear, Plane, Solid, Space};
-use crate::law::material::{MaterialLaw, MaterialMemory};
+use crate::law::material::{ConstitutiveLaw, ForAnyMaterial, MaterialLaw, MaterialMemory};
 
 /// How exactly the normal stress is kept, as a share of it.
 const TOLERANCE: f64 = 1e-9;
@@ -69,6 +69,25 @@ pub fn sheared<L: LawOfAnySpace>(law: &L, drive: Drive, strains: impl Iterator<I
     match drive.axes {
         2 => sheared_in::<Plane, L>(law, drive, strains),
         _ => sheared_in::<Solid, L>(law, drive, strains),
+    }
+}
+
+/// The same of the law that a job names.
+pub fn response(law: &ConstitutiveLaw, drive: Drive, strains: &[f64]) -> Option<Vec<(Row, f64)>> {
+    match drive.axes {
+        2 => law.apply::<Plane, _>(Along(drive, strains)),
+        _ => law.apply::<Solid, _>(Along(drive, strains)),
+    }
+}
+
+/// A path, and shear strains at which it is looked at.
+struct Along<'a>(Drive, &'a [f64]);
+
+impl<S: Space> ForAnyMaterial<S> for Along<'_> {
+    type Outcome = Option<Vec<(Row, f64)>>;
+
+    fn with<L: MaterialLaw<S>>(self, law: L) -> Self::Outcome {
+        sheared_in::<S, L>(&law, self.0, self.1.iter().copied())
     }
 }
 

@@ -64,12 +64,12 @@ impl Subject {
         })
     }
 
-    /// The piece with so many grains of that seed, at rest to that share of energy.
-    pub fn packed(&self, grains: u64, seed: u64, packing: Packing, energy_ratio_most: f64) -> Assembly {
+    /// The piece with so many grains of that seed.
+    pub fn packed(&self, grains: u64, seed: u64, packing: Packing) -> Assembly {
         let mut piece = Assembly { seed, ..self.piece.clone() };
         if let Source::Packed(packed) = &mut piece.source {
             packed.count = grains;
-            packed.energy_ratio_max = packed.energy_ratio_max.min(energy_ratio_most);
+            packed.energy_ratio_max = packed.energy_ratio_max.min(packing.energy_ratio_most);
             packed.preparation = Preparation::Compress { stress: packing.stress, fraction: None, unloaded: None };
             packed.friction = packing.friction.unwrap_or(packed.friction);
         }

@@ -2,6 +2,7 @@
 
 use super::Slots;
 use super::page::{Page, figures, whole};
+use crate::analysis::likeness::{GRAINS, Likeness, PACKINGS, STIFFNESS, STRENGTH};
 use crate::job::mpm::{Origin, figures as of};
 
 pub fn section(page: &mut Page, slots: &Slots) {
@@ -31,5 +32,33 @@ pub fn section(page: &mut Page, slots: &Slots) {
     if let Some(known) = &granular.known {
         let parts = format!("{} parts", whole(known.parts.len() as f64));
         page.row("known bands", &parts, &format!("grains take their place after {} s", figures(known.at)));
+    }
+    likeness(page, slots);
+}
+
+/// The continuum beside its grains.
+fn likeness(page: &mut Page, slots: &Slots) {
+    match &slots.likeness {
+        None => (),
+        Some(Err(why)) => page.row("strength of its grains", "not tested", why),
+        Some(Ok(Likeness { continuum, grains, error })) => {
+            let between = STRENGTH.map(|strain| figures(100.0 * strain));
+            page.row(
+                "tau/sigma_n, continuum, grains",
+                &format!("{}, {}", figures(continuum.strength), figures(grains.strength)),
+                &format!(
+                    "from {} to {} % of shear; grains +- {}, standard error of {PACKINGS} packings of {GRAINS}",
+                    between[0],
+                    between[1],
+                    figures(error.strength)
+                ),
+            );
+            let megapascals = |pressure: f64| figures(1e-6 * pressure);
+            page.row(
+                "tau/gamma, continuum, grains",
+                &format!("{}, {} MPa", megapascals(continuum.stiffness), megapascals(grains.stiffness)),
+                &format!("at {} % of shear; grains +- {}", figures(100.0 * STIFFNESS), megapascals(error.stiffness)),
+            );
+        }
     }
 }

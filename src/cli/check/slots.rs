@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use crate::analysis::likeness::{Likeness, likeness};
 use crate::base::error::Error;
 use crate::bench::gauge;
 use crate::job::derived::{Moduli, moduli_affine};
@@ -22,11 +23,13 @@ pub struct Slots<'j> {
     pub forecast: Option<Forecast>,
     /// Why nothing could be measured for it, if so.
     pub unmeasured: Option<String>,
+    /// Of a hybrid, its continuum beside its grains, or why these cannot be tested.
+    pub likeness: Option<Result<Likeness, String>>,
 }
 
 impl<'j> Slots<'j> {
-    /// Reads the file of grains, if there is one, and measures what steps and outputs cost here.
-    pub fn of(job: &'j Job) -> Result<Self, Error> {
+    /// Reads the file of grains, if there is one, and measures what steps and outputs cost here; `tests_grains` of a hybrid as well.
+    pub fn of(job: &'j Job, tests_grains: bool) -> Result<Self, Error> {
         let grains = job.grains();
         // Those of RVEs have steps of their own.
         let moving = grains.as_deref().filter(|_| job.moves_grains() && !job.method().has_rves());
@@ -36,8 +39,10 @@ impl<'j> Slots<'j> {
             Ok(costs) => (costs, None),
             Err(error) => (UnitCosts::assumed(job), Some(error.to_string())),
         };
+        let tested = (tests_grains && job.method() == Method::Hybrid).then(|| likeness(job).transpose()).flatten();
         Ok(Self {
             job,
+            likeness: tested.map(|found| found.map_err(|error| error.to_string())),
             continuum: job.continuum(),
             bounds_of_grains,
             bounds_of_continuum: job.bounds_of_continuum(),

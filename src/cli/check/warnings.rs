@@ -2,6 +2,7 @@
 
 use super::Slots;
 use super::page::{figures, megapascals};
+use crate::analysis::likeness::Likeness;
 use crate::couple::oracle::Criterion;
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
@@ -27,6 +28,10 @@ const RECENT_STRAIN_MAX: f64 = 0.05;
 const DISTANCE_IN_DIAMETERS_MAX: f64 = 30.0;
 /// Mass conservation would want xi near chi; with much less the material does not soften as it dilates.
 const SOFTENING_SHARE_MIN: f64 = 0.05;
+/// How far a continuum may be from its grains: in strength as a share, if that is as many standard errors, and in stiffness as a factor.
+const STRENGTH_OFF_MAX: f64 = 0.1;
+const ERRORS_MAX: f64 = 3.0;
+const STIFFNESS_OFF_MAX: f64 = 1.5;
 /// How far stresses of points and packing may be apart.
 const STRESS_OFF: f64 = 0.05;
 /// Above this share of the wave speed motion is no longer slow against waves.
@@ -45,6 +50,9 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
     warnings.extend(softening(slots));
     warnings.extend(sudden_start(slots));
     warnings.extend(hybrid(slots));
+    if let Some(Ok(likeness)) = &slots.likeness {
+        warnings.extend(unlike_its_grains(likeness));
+    }
     if let Some(job) = slots.material() {
         warnings.extend(other_stress(job));
         warnings.extend(super::rves::too_large(job));
@@ -199,6 +207,35 @@ fn hybrid(slots: &Slots) -> Vec<String> {
     warnings
 }
 
+/// A continuum that is another material than the grains which take its place.
+fn unlike_its_grains(likeness: &Likeness) -> Vec<String> {
+    let Likeness { continuum, grains, error } = likeness;
+    let mut warnings = Vec::new();
+    let remedy = "`scree calibrate JOB --law mobilised_friction` makes the material of these grains.";
+    let is_beyond = |strength: f64, of: f64, error: f64| {
+        (strength / of - 1.0).abs() > STRENGTH_OFF_MAX && (strength - of).abs() > ERRORS_MAX * error
+    };
+    if is_beyond(continuum.strength, grains.strength, error.strength) {
+        let consequence = if continuum.strength > grains.strength {
+            "nothing can shear but the zone, so that the place of a band is put in by hand"
+        } else {
+            "it shears around grains that stand still, and what the run shows is no stress of these"
+        };
+        warnings.push(format!(
+            "the continuum is {} times as strong as its grains: {consequence}. {remedy}",
+            figures(continuum.strength / grains.strength)
+        ));
+    }
+    let ratio = continuum.stiffness / grains.stiffness;
+    if !(1.0 / STIFFNESS_OFF_MAX..=STIFFNESS_OFF_MAX).contains(&ratio) {
+        warnings.push(format!(
+            "the continuum is {} times as stiff as its grains in shear: stress will jump where grains replace points. {remedy}",
+            figures(ratio)
+        ));
+    }
+    warnings
+}
+
 /// Stresses of the start that are not alike.
 fn other_stress(job: &Mpm) -> Option<String> {
     // RVEs are compressed from their packing on.
@@ -334,4 +371,25 @@ fn linear_shape(job: &Mpm) -> Option<String> {
         "with linear shape functions points that cross from cell to cell make their stresses jump, and nothing but a flip below 1 takes away the energy of that. Quadratic ones do not."
             .to_string()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::likeness::Sheared;
+
+    #[test]
+    fn a_continuum_that_is_not_its_grains_is_told_and_noise_is_not() {
+        let told = |strength: f64, stiffness: f64| {
+            let grains = Sheared { strength: 0.42, stiffness: 50e6 };
+            let error = Sheared { strength: 0.02, stiffness: 3e6 };
+            unlike_its_grains(&Likeness { continuum: Sheared { strength, stiffness }, grains, error })
+        };
+        assert!(told(0.47, 60e6).is_empty() && told(0.37, 40e6).is_empty());
+        let [strong, weak] = [told(0.55, 50e6), told(0.3, 50e6)];
+        assert!(strong[0].contains("1.31 times as strong as its grains: nothing can shear but the zone"), "{strong:?}");
+        assert!(weak[0].contains("it shears around grains that stand still"), "{weak:?}");
+        let [stiff, soft] = [told(0.42, 100e6), told(0.42, 20e6)];
+        assert!(stiff[0].contains("2 times as stiff") && soft[0].contains("0.4 times as stiff"), "{stiff:?} {soft:?}");
+    }
 }

@@ -21,6 +21,8 @@ pub struct Granular {
     pub rves: Rves,
     /// Bands that need no oracle.
     pub known: Option<KnownBands>,
+    /// Points begin with the solid volume fraction that the specimen has around them, and not everywhere with one.
+    pub is_heterogeneous: bool,
 }
 
 impl Granular {

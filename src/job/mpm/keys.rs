@@ -15,7 +15,7 @@ use crate::job::assembly::{Assembly, Body, Packed, Source, corners, depth, keys_
 use crate::job::figures::bounds;
 use crate::job::resolve::FILE;
 use crate::job::schema::{list, section};
-use crate::job::shear::{keys_of_step, keys_of_subcycling, plane, skin};
+use crate::job::shear::{heterogeneity, keys_of_step, keys_of_subcycling, plane, skin};
 use crate::job::stable::governing;
 use crate::job::write::Page;
 use crate::job::{Method, Output};
@@ -37,7 +37,12 @@ impl Mpm {
                 page.section("scheme", |page| job.scheme.keys(page));
             }
         }
-        page.section("material", |page| job.material.keys(page, job.grains.is_some()));
+        page.section("material", |page| {
+            job.material.keys(page, job.grains.is_some());
+            if let Some(granular) = job.grains.as_mut().filter(|granular| !granular.method.has_rves()) {
+                granular.keys_of_start(page);
+            }
+        });
         page.section("stress", |page| job.stress.keys(page));
         page.section("gravity", |page| job.gravity.keys(page));
         page.section("time", |page| job.keys_of_time(page));
@@ -260,6 +265,7 @@ impl Material {
         let mut material = Mpm::blank().material;
         section("material", "what the points are made of", |form| {
             material.keys(form, false);
+            Granular::blank().keys_of_start(form);
             form.path_if_given(&mut None, FILE);
         })
     }
@@ -618,7 +624,15 @@ impl Granular {
             reference: Origin::Specimen,
             rves: Rves::DEFAULT,
             known: None,
+            is_heterogeneous: false,
         }
+    }
+
+    /// Keys of `[material]` that only a material with grains has.
+    pub(in crate::job) fn keys_of_start(&mut self, form: &mut dyn Form) {
+        let about =
+            "whether the solid volume fraction varies from place to place as that of the specimen's grains does";
+        heterogeneity(form, &mut self.is_heterogeneous, about);
     }
 
     pub(in crate::job) fn keys_of_enrichment(&mut self, form: &mut dyn Form) {

@@ -492,6 +492,12 @@ impl Mpm {
         self.grains.as_ref().is_some_and(|grains| grains.method.has_grains())
     }
 
+    /// Whether grains fill its regions before it begins: those that may move, or whose solid volume fractions points begin with.
+    pub fn makes_specimen(&self) -> bool {
+        let is_looked_at = |grains: &Granular| grains.method == super::Method::Mpm && grains.is_heterogeneous;
+        self.moves_grains() || self.grains.as_deref().is_some_and(is_looked_at)
+    }
+
     /// Whether there are points at some time.
     pub fn has_points(&self) -> bool {
         self.grains.as_ref().is_none_or(|grains| grains.method.has_points())

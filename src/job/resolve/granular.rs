@@ -129,7 +129,7 @@ fn read_piece(piece: &mut Assembly, typed: &Typed, grid: &Grid) {
 /// Grains do not feel faces: where some may move, planes that hold grains and nodes alike stand in the place of every face that holds
 /// nodes, under its name.
 pub fn stand_in_for_faces(job: &mut Mpm) {
-    if !job.moves_grains() {
+    if !job.makes_specimen() {
         return;
     }
     for face in Face::all(job.grid.dimension) {
@@ -188,6 +188,28 @@ fn check_loads(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) {
         } else if grains.reference == Origin::Specimen && load.ramp == 0.0 {
             typed.note_together(table.refusal_of_table("is all there from the start, and the specimen that grains of a zone are taken from equilibrates without it. Let it rise from zero over a time, its ramp, or write enrichment.reference = \"piece\"."));
         }
+    }
+}
+
+/// Heterogeneity is that of grains which lie in the whole specimen.
+fn check_heterogeneity(job: &Mpm, grains: &Granular, typed: &Typed) {
+    if !grains.is_heterogeneous || grains.method == Method::Dem {
+        return;
+    }
+    let refused = |problem: &str| typed.note_together(typed.refusal("material", "heterogeneity", problem));
+    if grains.reference == Origin::Piece {
+        refused(
+            "is that of a specimen, and enrichment.reference = \"piece\" makes none. Write \"none\", or reference = \"specimen\".",
+        );
+    }
+    if job.grid.dimension == 3 || job.mesh.is_some() {
+        refused("is told to points of a grid in the plane. Write \"none\".");
+    }
+    if !job.material.law.yields() {
+        let names = ConstitutiveLaw::yielding();
+        refused(&format!(
+            "is one of solid volume fractions, which this law does not know. Write \"none\", or material.law = {names}."
+        ));
     }
 }
 
@@ -353,10 +375,12 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     }
     let Some(grains) = &job.grains else { return };
     typed.check(check_as_piece(&grains.piece, typed));
+    check_heterogeneity(job, grains, typed);
     match grains.method {
-        Method::Mpm | Method::Fem => return,
+        Method::Mpm if !grains.is_heterogeneous => return,
+        Method::Fem => return,
         Method::MpmDem | Method::FemDem => return check_rves(job, grains, typed),
-        Method::Hybrid | Method::Dem => {}
+        Method::Hybrid | Method::Dem | Method::Mpm => {}
     }
     check_method(job, grains, typed);
     if let Some(table) = top.list("follow").first() {

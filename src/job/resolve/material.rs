@@ -11,7 +11,7 @@ use crate::job::schema::Kind;
 
 const TABLE: &str = "material";
 /// What of this table is the job's own.
-const OF_THE_JOB: [&str; 3] = ["file", "density", "fraction"];
+const OF_THE_JOB: [&str; 4] = ["file", "density", "fraction", "heterogeneity"];
 const LAW: &str = "law";
 
 /// What makes the material, and may stand in a file of its own: the keys of all laws.

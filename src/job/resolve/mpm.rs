@@ -59,6 +59,9 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         material = material.over(file.table());
     }
     job.material.keys(&mut material, job.grains.is_some());
+    if let Some(granular) = job.grains.as_mut().filter(|granular| !granular.method.has_rves()) {
+        granular.keys_of_start(&mut material);
+    }
     file.as_ref().map_or(Ok(()), File::stop_if_wrong)?;
     let law = &mut job.material.law;
     if law.yields() && law.fraction().is_none() {

@@ -6,7 +6,7 @@ use super::*;
 use crate::base::numbers::Numbers;
 use crate::dem::cell::Cell;
 use crate::dem::grains::body_partner;
-use crate::domain::rebuild::Home;
+use crate::domain::parts::Home;
 use crate::export::grain_export::{self, Wanted};
 use crate::job::Job;
 use crate::law::contact::Memory;

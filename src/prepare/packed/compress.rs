@@ -27,7 +27,7 @@ use crate::dem::drive::{CellDrive, Response, StressServo};
 use crate::dem::grains::GrainRow;
 use crate::dem::law::law_of;
 use crate::dem::motion::{Damping, DampingForm, Field};
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};

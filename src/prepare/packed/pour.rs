@@ -13,7 +13,7 @@ use crate::bodies::body::Body;
 use crate::dem::drive::CellDrive;
 use crate::dem::law::law_of;
 use crate::dem::motion::{Damping, DampingForm, Field};
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};

@@ -12,7 +12,7 @@ use crate::base::space::{Linear, Plane, Solid};
 use crate::dem::drive::CellDrive;
 use crate::dem::grains::is_body;
 use crate::dem::tile::tile;
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::stop::lives;
 use crate::domain::world::World;
 use crate::job::assembly::Source;

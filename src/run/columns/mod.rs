@@ -1,5 +1,6 @@
 //! Columns of `series.csv`: groups of numbers that are told together, from which a kind of job makes its series.
 
+use crate::adapt::shear;
 use crate::base::error::Error;
 use crate::base::space::{AXES, Space};
 use crate::domain::accounts::ledger::{Balance, SPENT};
@@ -74,6 +75,14 @@ pub fn of_body<S: Space>(name: &str) -> Vec<String> {
 /// Grains and points that there are.
 pub fn counts<'s, S: Space>() -> Columns<'s, S> {
     Columns::new(["grains", "points"], |core| Ok(vec![core.world.grains_total as f64, core.world.points_total as f64]))
+}
+
+/// Share of all shear of the instant that is inside a hybrid's zones; 0 before there is one. Of the plane alone.
+pub fn shear_in_zones<'s, S: Space>() -> Columns<'s, S> {
+    Columns::new(["shear_in_zones"], |core| {
+        let has_zones = core.progress.enriched_step > 0;
+        Ok(vec![if has_zones { shear::share_inside_zones(&core.world)? } else { 0.0 }])
+    })
 }
 
 /// Energies at the positions of now, J.

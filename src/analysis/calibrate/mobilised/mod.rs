@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::Subject;
-use super::element::{Course, Element, Packing, Row, Test};
+use super::element::{Course, ENERGY_RATIO_MOST, Element, Packing, Row, Test};
 use super::fit::{moduli, sine};
 use super::layers::Profile;
 use super::model::Curve;
@@ -171,7 +171,7 @@ pub fn elements(subject: &Subject, wanted: Wanted, seed: u64) -> Vec<Element<'_>
 }
 
 fn compressions(subject: &Subject, wanted: Wanted, seed: u64) -> [Element<'_>; 2] {
-    let packing = Packing { stress: subject.stress, friction: None };
+    let packing = Packing { stress: subject.stress, friction: None, energy_ratio_most: ENERGY_RATIO_MOST };
     let of = |test| Element { subject, contact: subject.piece.contact, test, grains: wanted.grains, seed, packing };
     [of(Test::Isotropic), of(Test::Uniaxial)]
 }
@@ -179,7 +179,8 @@ fn compressions(subject: &Subject, wanted: Wanted, seed: u64) -> [Element<'_>; 2
 fn sheared(subject: &Subject, wanted: Wanted, seed: u64, contact: Contact) -> Vec<Element<'_>> {
     let of = |kind: &Kind| {
         let stress = kind.share * subject.stress;
-        let packing = Packing { stress, friction: kind.loose.then(|| subject.piece.contact.friction()) };
+        let friction = kind.loose.then(|| subject.piece.contact.friction());
+        let packing = Packing { stress, friction, energy_ratio_most: ENERGY_RATIO_MOST };
         let test = Test::Sheared { course: kind.course, strain: kind.strain(wanted.strain) };
         Element { subject, contact, test, grains: wanted.grains, seed, packing }
     };

@@ -13,7 +13,7 @@ use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::law::law_of;
 use crate::dem::motion::{Damping, DampingForm};
 use crate::domain::layout::{Ground, Layout};
-use crate::domain::rebuild::Parts;
+use crate::domain::parts::Parts;
 use crate::domain::world::Settings;
 use crate::law::contact::{
     Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
