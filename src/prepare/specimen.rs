@@ -89,8 +89,7 @@ pub fn specimen<S: Space>((job, granular): (&Mpm, &Granular), transport: &dyn Tr
         tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
     }
     let is_tiled = granular.method == Method::Hybrid && granular.reference == Origin::Piece;
-    let is_looked_at = granular.method != Method::Mpm || granular.is_heterogeneous;
-    if !is_looked_at || is_tiled {
+    if !job.makes_specimen() || is_tiled {
         let (bodies, vertices) = (point_world::bodies(job), point_world::vertices(job));
         return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
     }

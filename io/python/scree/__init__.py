@@ -14,7 +14,7 @@ from scree.checkpoints import Checkpoint
 from scree.ensembles import Ensemble, mean_curve
 from scree.frames import Frame, Frames
 from scree.program import Failed, run
-from scree.quantities import deviator, fabric, pressure, void_ratio
+from scree.quantities import deviatoric_stress, fabric, pressure, void_ratio
 from scree.runs import Run
 from scree.units import unit_of
 
@@ -25,7 +25,7 @@ __all__ = [
     "Frame",
     "Frames",
     "Run",
-    "deviator",
+    "deviatoric_stress",
     "fabric",
     "mean_curve",
     "pressure",

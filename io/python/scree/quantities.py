@@ -18,7 +18,7 @@ def pressure(stress: np.ndarray) -> np.ndarray:
     return -normal.mean(axis=-1)
 
 
-def deviator(stress: np.ndarray) -> np.ndarray:
+def deviatoric_stress(stress: np.ndarray) -> np.ndarray:
     """q, Pa: in the plane half of the difference of the principal stresses, in space sqrt(3 J2), which is sqrt(3) times the `q` of frames."""
     normal, shear = _parts(stress)
     if normal.shape[-1] == 2:

@@ -104,14 +104,14 @@ frame_interval = "10 ms"
 class Quantities(unittest.TestCase):
     def test_pressure_and_deviator_of_the_plane_and_of_space(self):
         self.assertEqual(scree.pressure(np.array([-3.0, -1.0, 0.5])), 2.0)
-        self.assertAlmostEqual(scree.deviator(np.array([-3.0, -1.0, 1.0])), 2**0.5)
+        self.assertAlmostEqual(scree.deviatoric_stress(np.array([-3.0, -1.0, 1.0])), 2**0.5)
         # xx, yy, xy, zz, yz, xz. Compressed along z: q is the difference of the axial and the lateral stress.
-        self.assertAlmostEqual(scree.deviator(np.array([-1.0, -1.0, 0.0, -4.0, 0.0, 0.0])), 3.0)
+        self.assertAlmostEqual(scree.deviatoric_stress(np.array([-1.0, -1.0, 0.0, -4.0, 0.0, 0.0])), 3.0)
         self.assertAlmostEqual(scree.pressure(np.array([-1.0, -2.0, 0.5, -3.0, 0.0, 0.0])), 2.0)
         for shear in (2, 4, 5):
             stress = np.zeros(6)
             stress[shear] = 2.0
-            self.assertAlmostEqual(scree.deviator(stress), 12**0.5)
+            self.assertAlmostEqual(scree.deviatoric_stress(stress), 12**0.5)
         with self.assertRaises(ValueError):
             scree.pressure(np.zeros(4))
 

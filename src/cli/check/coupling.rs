@@ -2,7 +2,7 @@
 
 use super::Slots;
 use super::page::{Page, figures, whole};
-use crate::analysis::likeness::{GRAINS, Likeness, PACKINGS, STIFFNESS, STRENGTH};
+use crate::analysis::strength::{GRAINS, PACKINGS, STIFFNESS, STRENGTH, StrengthComparison};
 use crate::job::mpm::{Origin, figures as of};
 
 pub fn section(page: &mut Page, slots: &Slots) {
@@ -33,15 +33,15 @@ pub fn section(page: &mut Page, slots: &Slots) {
         let parts = format!("{} parts", whole(known.parts.len() as f64));
         page.row("known bands", &parts, &format!("grains take their place after {} s", figures(known.at)));
     }
-    likeness(page, slots);
+    strength(page, slots);
 }
 
 /// The continuum beside its grains.
-fn likeness(page: &mut Page, slots: &Slots) {
-    match &slots.likeness {
+fn strength(page: &mut Page, slots: &Slots) {
+    match &slots.strength {
         None => (),
         Some(Err(why)) => page.row("strength of its grains", "not tested", why),
-        Some(Ok(Likeness { continuum, grains, error })) => {
+        Some(Ok(StrengthComparison { continuum, grains, error })) => {
             let between = STRENGTH.map(|strain| figures(100.0 * strain));
             page.row(
                 "tau/sigma_n, continuum, grains",

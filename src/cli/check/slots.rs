@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::analysis::likeness::{Likeness, likeness};
+use crate::analysis::strength::{StrengthComparison, compared};
 use crate::base::error::Error;
 use crate::bench::gauge;
 use crate::job::derived::{Moduli, moduli_affine};
@@ -24,7 +24,7 @@ pub struct Slots<'j> {
     /// Why nothing could be measured for it, if so.
     pub unmeasured: Option<String>,
     /// Of a hybrid, its continuum beside its grains, or why these cannot be tested.
-    pub likeness: Option<Result<Likeness, String>>,
+    pub strength: Option<Result<StrengthComparison, String>>,
 }
 
 impl<'j> Slots<'j> {
@@ -39,10 +39,10 @@ impl<'j> Slots<'j> {
             Ok(costs) => (costs, None),
             Err(error) => (UnitCosts::assumed(job), Some(error.to_string())),
         };
-        let tested = (tests_grains && job.method() == Method::Hybrid).then(|| likeness(job).transpose()).flatten();
+        let tested = (tests_grains && job.method() == Method::Hybrid).then(|| compared(job).transpose()).flatten();
         Ok(Self {
             job,
-            likeness: tested.map(|found| found.map_err(|error| error.to_string())),
+            strength: tested.map(|found| found.map_err(|error| error.to_string())),
             continuum: job.continuum(),
             bounds_of_grains,
             bounds_of_continuum: job.bounds_of_continuum(),

@@ -2,7 +2,7 @@
 
 use super::Slots;
 use super::page::{figures, megapascals};
-use crate::analysis::likeness::Likeness;
+use crate::analysis::strength::StrengthComparison;
 use crate::couple::oracle::Criterion;
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
@@ -50,8 +50,8 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
     warnings.extend(softening(slots));
     warnings.extend(sudden_start(slots));
     warnings.extend(hybrid(slots));
-    if let Some(Ok(likeness)) = &slots.likeness {
-        warnings.extend(unlike_its_grains(likeness));
+    if let Some(Ok(compared)) = &slots.strength {
+        warnings.extend(unlike_its_grains(compared));
     }
     if let Some(job) = slots.material() {
         warnings.extend(other_stress(job));
@@ -208,8 +208,8 @@ fn hybrid(slots: &Slots) -> Vec<String> {
 }
 
 /// A continuum that is another material than the grains which take its place.
-fn unlike_its_grains(likeness: &Likeness) -> Vec<String> {
-    let Likeness { continuum, grains, error } = likeness;
+fn unlike_its_grains(compared: &StrengthComparison) -> Vec<String> {
+    let StrengthComparison { continuum, grains, error } = compared;
     let mut warnings = Vec::new();
     let remedy = "`scree calibrate JOB --law mobilised_friction` makes the material of these grains.";
     let is_beyond = |strength: f64, of: f64, error: f64| {
@@ -376,14 +376,14 @@ fn linear_shape(job: &Mpm) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::likeness::Sheared;
+    use crate::analysis::strength::Sheared;
 
     #[test]
     fn a_continuum_that_is_not_its_grains_is_told_and_noise_is_not() {
         let told = |strength: f64, stiffness: f64| {
             let grains = Sheared { strength: 0.42, stiffness: 50e6 };
             let error = Sheared { strength: 0.02, stiffness: 3e6 };
-            unlike_its_grains(&Likeness { continuum: Sheared { strength, stiffness }, grains, error })
+            unlike_its_grains(&StrengthComparison { continuum: Sheared { strength, stiffness }, grains, error })
         };
         assert!(told(0.47, 60e6).is_empty() && told(0.37, 40e6).is_empty());
         let [strong, weak] = [told(0.55, 50e6), told(0.3, 50e6)];

@@ -51,7 +51,7 @@ fn in_plateau(strain: f64) -> bool {
 
 /// A continuum beside its grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Likeness {
+pub struct StrengthComparison {
     pub continuum: Sheared,
     /// Mean of the packings, and the standard error of that mean.
     pub grains: Sheared,
@@ -60,7 +60,7 @@ pub struct Likeness {
 
 /// Tests the grains of a hybrid, and its law on the same path; none of jobs without a continuum that yields beside grains, and why
 /// grains cannot be tested where they cannot.
-pub fn likeness(job: &Job) -> Result<Option<Likeness>, Error> {
+pub fn compared(job: &Job) -> Result<Option<StrengthComparison>, Error> {
     let Some(continuum) = job.continuum().filter(|continuum| continuum.material.law.yields()) else { return Ok(None) };
     let subject = Subject::of(job, job.name(), true)?;
     let test = |seed: u64| {
@@ -93,7 +93,7 @@ pub fn likeness(job: &Job) -> Result<Option<Likeness>, Error> {
     };
     let [strength, stiffness] = [told(|one| one.strength), told(|one| one.stiffness)];
     let [grains, error] = [0, 1].map(|which| Sheared { strength: strength[which], stiffness: stiffness[which] });
-    Ok(Some(Likeness { continuum, grains, error }))
+    Ok(Some(StrengthComparison { continuum, grains, error }))
 }
 
 #[cfg(test)]
