@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band,
+"""Figures of docs/validation that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band,
 collapse, outside, rest, planar, coupling and sheared h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What `scree check` says that jobs take, against what they take on one core of this machine.
 
-    tests/forecasts.py SECONDS JOB...    a table of VALIDATION.md, "Forecasts"
+    tests/forecasts.py SECONDS JOB...    a table of docs/validation/forecasts.md
 
 Each job is run for so many seconds at most. The time of its steps is what those that were done took, times all over those that were done;
 of a hybrid only a run that came to its end says anything, since grains enter on the way. Packings in the cache are used, so that making

@@ -228,9 +228,12 @@ mod hostile_jobs;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 #[path = "input/jobs.rs"]
 mod jobs;
-/// A job to begin with runs at the first try, and the example of the README as printed; mistakes come all at once; keys explain themselves.
+/// A job to begin with runs at the first try, and the example of the handbook as printed; mistakes come all at once; keys explain themselves.
 #[path = "input/newcomer.rs"]
 mod newcomer;
+/// Every link of every page leads somewhere, the contents of the handbook name all of its pages, and the theory names files that exist.
+#[path = "input/pages.rs"]
+mod pages;
 
 // Whatever may go wrong on a machine or in a run.
 
@@ -272,6 +275,9 @@ mod python;
 /// `scree bench scaling` measures jobs on several numbers of ranks, from a checkpoint on and wider, and leaves a page.
 #[path = "cli/scaling.rs"]
 mod scaling;
+/// `scree sweep` runs a job with many values, marks what fails, and goes on after kills; its table and report tell means of packings.
+#[path = "cli/sweep.rs"]
+mod sweep;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 #[path = "cli/tidy.rs"]
 mod tidy;

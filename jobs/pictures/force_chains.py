@@ -4,7 +4,7 @@ screen.
 
     python3 jobs/pictures/force_chains.py RUN [PICTURE.png]
 
-RUN must have been made with [output] contact_frames = true, in the plane. The picture of the README is of
+RUN must have been made with [output] contact_frames = true, in the plane. The picture of the handbook is of
 
     scree run jobs/element/uniaxial.toml --set output.contact_frames=true --set time.end="0.4 ms"
 """

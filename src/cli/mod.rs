@@ -28,10 +28,14 @@ mod check;
 mod cores;
 mod digest;
 mod export;
+mod launch;
 mod plan;
 mod resume;
 mod run;
+mod sweep;
 
+/// The operator's mistake.
+const CODE_REFUSED: u8 = 2;
 /// The run stopped itself, or the program has a defect.
 const CODE_FAILED: u8 = 3;
 /// Stopped on request.
@@ -139,6 +143,8 @@ enum Command {
         #[arg(long, value_name = "TIME", value_parser = stop::time_limit)]
         time_limit: Option<Duration>,
     },
+    /// Run a job with many values, several runs at a time, and write a table of what came out. The same line goes on with it.
+    Sweep(sweep::Sweep),
     /// Measure how fast this machine is.
     Bench {
         #[command(subcommand)]
@@ -261,6 +267,10 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
             let continuation = Continuation { sets: &set, branch: force_branch.as_deref() };
             finish(resume::command(&dir, continuation, &Placement::of(transport, threads), transport), transport)
         }
+        Command::Sweep(wanted) => {
+            end_by(begun, wanted.time_limit);
+            finish(Ending::Agreed(sweep::command(&wanted, begun)), transport)
+        }
         Command::Bench { what } => finish(bench::command(&what, transport), transport),
         Command::Check { job, set, expand: true, .. } => {
             on_rank_zero(transport, || Ok(Job::load(&job, &set)?.expanded()))
@@ -324,6 +334,7 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
             }
             Command::Run { .. }
             | Command::Resume { .. }
+            | Command::Sweep(_)
             | Command::Bench { .. }
             | Command::Check { .. }
             | Command::Calibrate(_) => unreachable!("they are dispatched above"),

@@ -73,10 +73,10 @@ pub(super) fn prepare(
         let (job, typed) = Job::load_typed(wanted.job, wanted.sets)?;
         refuse_bad_grains(&job, &typed)?;
         let (out, resolved) = (settled(&folder(&wanted.out, &job))?, job.to_toml());
-        let opening = if wanted.go_on { opening(&out, &resolved)? } else { Opening::Start };
-        if let (Opening::Start, Some(refusal)) = (opening, occupied(&out)?) {
-            return Err(refusal);
-        }
+        let opening = match wanted.go_on {
+            true => opening(&out, &resolved)?,
+            false => occupied(&out)?.map_or(Ok(Opening::Start), Err)?,
+        };
         if opening != Opening::GoOn {
             doubts(&job).iter().for_each(|doubt| tracing::warn!("warning: {doubt}"));
         }
@@ -90,9 +90,9 @@ pub(super) fn prepare(
 }
 
 /// A run of the same job is gone on with, from its first step where it has come to no checkpoint.
-fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
+pub(super) fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     let opening = match standing(out)? {
-        Standing::Free | Standing::Foreign => return Ok(Opening::Start),
+        Standing::Free | Standing::Foreign => return occupied(out)?.map_or(Ok(Opening::Start), Err),
         Standing::Begun => Opening::StartAgain,
         Standing::Resumable => Opening::GoOn,
     };

@@ -100,8 +100,8 @@ impl Phases {
     }
 }
 
-/// The numbers of all ranks, by rank.
-fn everyones(mine: &[f64], transport: &dyn Transport) -> Vec<Vec<f64>> {
+/// The numbers of all ranks, by rank. Collective.
+pub fn everyones(mine: &[f64], transport: &dyn Transport) -> Vec<Vec<f64>> {
     let mine: Vec<u8> = mine.iter().flat_map(|number| number.to_le_bytes()).collect();
     let numbers = |bytes: &Vec<u8>| bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect();
     transport.all_gather(&mine).iter().map(numbers).collect()

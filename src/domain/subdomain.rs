@@ -31,7 +31,7 @@ pub struct Subdomain {
 /// Grains that take part in the coupling: those of overlaps, which share their places with points, and those in blocks near membranes.
 ///
 /// Yue et al. (2018) have all grains take part whose nodes all carry continuum. Those of the core next to an overlap are such too, but
-/// there is no continuum in their place to go with; VALIDATION.md compares the two.
+/// there is no continuum in their place to go with; docs/validation/hybrid.md compares the two.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Participants {
     /// Rows counted from the first of their block, rising, block by block.

@@ -396,7 +396,10 @@ impl Loading {
         form.number(&mut self.plate_mass, mass.follows("that of a layer of grains"));
         let damping = "damping of the plate's vertical motion";
         let damping = number("plate_damping", damping, DAMPING, NOT_NEGATIVE, "\"1000 N s/m\"");
-        form.number(&mut self.plate_damping, damping.follows("half of what is critical"));
+        form.number(
+            &mut self.plate_damping,
+            damping.follows("a tenth of what is critical for the plate on the specimen"),
+        );
     }
 }
 

@@ -40,7 +40,7 @@
 //! ```
 //!
 //! Without the mean of the stress, which Liu et al. leave out (`adjoint`), stresses do not resist deformation finer than R at all: a specimen in
-//! biaxial compression blows up within 0.2 to 0.4 % of strain (VALIDATION.md).
+//! biaxial compression blows up within 0.2 to 0.4 % of strain (docs/validation/mpm_dem.md).
 
 use std::ops::{Add, Mul};
 
@@ -502,7 +502,7 @@ mod tests {
         [work, sums[0] * sums[0] / sums[1] * height]
     }
 
-    /// `../../VALIDATION.md`: energy and width within 2 % over three meshes; local ones follow the mesh. All meshes do the work of the residual strength, which
+    /// `../../docs/validation/fem_dem.md`: energy and width within 2 % over three meshes; local ones follow the mesh. All meshes do the work of the residual strength, which
     /// would hide the rest: the energy of softening is what they do beyond it.
     #[test]
     fn softening_bar_has_a_width_of_its_own() {

@@ -4,7 +4,7 @@
 //! What is cut has as much solid as the space that it is cut for: grains whose centres lie beside the boundary are taken in, or left out,
 //! until those that are in stick out of the domain by as much as those that are not stick into it. Those near the boundary are then moved
 //! apart until they overlap no more than grains of the piece do. Grains that face each other by chance do not fit as those of one packing
-//! do: the boundary stays looser (VALIDATION.md, "Periods of jobs on a grid"). All of this is serial and goes by ids, and so is the same
+//! do: the boundary stays looser (docs/validation/hybrid_experiments.md). All of this is serial and goes by ids, and so is the same
 //! whoever does it.
 
 use crate::base::ids::GrainId;

@@ -455,6 +455,12 @@ pub fn occupied(dir: &Path) -> Result<Option<Error>, Error> {
     .map(Error::User))
 }
 
+/// Whether a process writes the run in a folder; where a file system knows no locks nobody can tell.
+pub fn is_held(dir: &Path) -> bool {
+    let lock = File::open(dir.join(LOCK));
+    lock.is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)))
+}
+
 fn busy(dir: &Path) -> Error {
     let who = match owner_of(dir) {
         Some(Owner { program, host, process, since, .. }) => {

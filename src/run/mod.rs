@@ -13,6 +13,7 @@ pub mod results;
 pub mod start;
 pub mod summary;
 pub mod trial;
+mod waits;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -47,6 +48,7 @@ use crate::observe::frame::frame;
 use crate::observe::rve_frame;
 use crate::run::output::Outputs;
 use crate::run::summary::Stretch;
+use crate::run::waits::Waits;
 use crate::store::checkpoint::{self, Progress};
 
 pub mod folder;
@@ -272,6 +274,7 @@ struct Run<'t, 's, S: Space> {
     rebuilds: u64,
     /// Whether a person has been told that energy grows.
     has_warned: bool,
+    waits: Waits,
     started: Instant,
     first_step: u64,
     /// When a checkpoint was last written, and after which step; none has been where it is the first.
@@ -314,6 +317,7 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
             cadence,
             rebuilds,
             has_warned: false,
+            waits: Waits::new(),
             started,
             first_step,
             saved: started,
@@ -497,6 +501,9 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
     fn observe(&mut self) -> Result<(), Error> {
         let step = self.core.world.step;
         self.guard()?;
+        if self.is_due(step, GUARD_EVERY) {
+            self.tell_waits()?;
+        }
         if self.row_due(step) {
             self.write_row()?;
         }

@@ -88,6 +88,11 @@ fn summary_of(dir: &Path) -> BTreeMap<String, Value> {
     serde_json::from_str(&text).unwrap_or_default()
 }
 
+/// Whether the run in a folder has told that it came to its end.
+pub fn is_done(dir: &Path) -> bool {
+    summary_of(dir).get("outcome") == Some(&json!("done"))
+}
+
 /// Of the columns that a run has now, those that its series has, where these are some of them in their order; else all, which the
 /// series will be refused for.
 fn columns_there(path: &Path, header: &[String]) -> Result<Vec<usize>, Error> {

@@ -229,7 +229,7 @@ fn refuse_other_run(dir: &Path, path: &Path, state: &State) -> Result<(), Error>
     }
     if checkpoint::is_of_schema_2(state) {
         tracing::warn!(
-            "warning: rows of grains in a cell are of one instant from here on, and stress_xy and stress_yx change places (README.md, \"Grains in a cell\"); columns that this run did not have are left out"
+            "warning: rows of grains in a cell are of one instant from here on, and stress_xy and stress_yx change places (docs/grains.md, \"Its series\"); columns that this run did not have are left out"
         );
     }
     Ok(())

@@ -1,5 +1,5 @@
 //! `jobs/quickstart.toml` past its peak, to 12 % of strain, as grains alone and as the hybrid of the same packing, compared by
-//! `scree report` as the long runs of `jobs/planar_shear.toml` in `VALIDATION.md` are. Runs are the same bits everywhere, so that bounds
+//! `scree report` as the long runs of `jobs/planar_shear.toml` in `docs/validation/hybrid.md` are. Runs are the same bits everywhere, so that bounds
 //! can lie close to what was found and nothing is left to chance.
 
 use std::path::Path;

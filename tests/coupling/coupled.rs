@@ -295,7 +295,7 @@ fn grains_take_the_place_of_elastic_points_about_a_known_band() {
 }
 
 /// The grains that enter bear what the points bore that they replace, across the band and along it, though membranes that held them are not
-/// in the training: to a half in a specimen of 18 grains, which is border on most sides (jobs/triaxial.toml: 2 to 16 %, VALIDATION.md). Moved
+/// in the training: to a half in a specimen of 18 grains, which is border on most sides (jobs/triaxial.toml: 2 to 16 %, docs/validation/hybrid_experiments.md). Moved
 /// along the continuum's path on all sides they bore four times as much.
 #[test]
 fn grains_that_enter_beside_a_membrane_bear_what_the_points_bore() {

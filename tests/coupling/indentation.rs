@@ -49,7 +49,7 @@ fn bands_on_both_sides_of_a_plate_are_enriched() {
     assert!(kept["mass"]["error"].as_f64().unwrap().abs() < 1e-12, "{kept}");
     assert!(kept["momentum"]["error"].as_f64().unwrap() < 1e-10, "{kept}");
 
-    // Over 3 cm by 1 cm. Grains bear some 2 kPa below a plate of 5 cm, where the continuum would take 4 to 6 (VALIDATION.md).
+    // Over 3 cm by 1 cm. Grains bear some 2 kPa below a plate of 5 cm, where the continuum would take 4 to 6 (docs/validation/hybrid_experiments.md).
     let (time, force) = (ran.series("time"), ran.series("plate_force_y"));
     let after = time.iter().zip(&force).filter(|(time, _)| **time > entered + 4e-3).map(|(_, force)| *force / 3e-4);
     let stresses: Vec<f64> = after.collect();

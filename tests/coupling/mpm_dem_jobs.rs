@@ -1,5 +1,5 @@
 //! The jobs of `jobs/mpm_dem/` and `jobs/methods/`, made small as their heads say: they run, and come to what RVEs of a hundred discs on coarse grids have found.
-//! Figures of the jobs as they are stand in VALIDATION.md.
+//! Figures of the jobs as they are stand in docs/validation/mpm_dem.md and methods.md.
 
 use scree::job::Job;
 

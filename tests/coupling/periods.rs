@@ -207,7 +207,7 @@ fn made(text: &str, transport: &dyn Transport) -> specimen::Specimen<Plane> {
     specimen::specimen::<Plane>((&job, job.grains.as_deref().unwrap()), transport).unwrap()
 }
 
-/// At rest the boundary is some 3 % looser than other places, a miss that VALIDATION.md tells; these bounds keep it from becoming more. What it
+/// At rest the boundary is some 3 % looser than other places, a miss that docs/validation/hybrid_experiments.md tells; these bounds keep it from becoming more. What it
 /// bears across is what every section does, and no two grains overlap by more than others.
 #[test]
 fn a_periodic_specimen_is_little_looser_at_its_boundary_and_bears_as_much_across() {

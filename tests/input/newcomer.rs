@@ -1,4 +1,4 @@
-//! What somebody meets who has never used the program: a job to begin with, the example of the README, keys and mistakes.
+//! What somebody meets who has never used the program: a job to begin with, the example of the handbook, keys and mistakes.
 
 use std::fs;
 use std::path::Path;
@@ -81,9 +81,9 @@ fn planar_shear_is_what_its_expansion_says() {
 }
 
 #[test]
-fn the_example_of_the_readme_runs_as_printed() {
-    let readme = include_str!("../../README.md");
-    let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+fn the_example_of_the_handbook_runs_as_printed() {
+    let page = include_str!("../../docs/planar_shear.md");
+    let example = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("mine.toml"), example).unwrap();
     let ran = scree(folder.path(), &["run", "mine.toml"]);
@@ -93,8 +93,8 @@ fn the_example_of_the_readme_runs_as_printed() {
 /// Of keys that are wrong by themselves each is told, with the line and marks below it; so are all checks of several keys.
 #[test]
 fn all_mistakes_are_told_at_once() {
-    let readme = include_str!("../../README.md");
-    let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let page = include_str!("../../docs/planar_shear.md");
+    let example = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let said = |text: &str| {
         fs::write(folder.path().join("mine.toml"), text).unwrap();

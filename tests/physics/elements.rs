@@ -305,7 +305,7 @@ fn softening_layer(elements: usize, nonlocal: &str) -> [f64; 2] {
     [work, sums[0] * sums[0] / sums[1] / elements as f64]
 }
 
-/// `../../VALIDATION.md`: with a nonlocal strain, energy and width within 2 % over three meshes; local ones have one row of elements.
+/// `../../docs/validation/fem_dem.md`: with a nonlocal strain, energy and width within 2 % over three meshes; local ones have one row of elements.
 #[test]
 fn a_softening_layer_has_a_width_of_its_own() {
     let found = [20, 40, 80].map(|elements| softening_layer(elements, "[nonlocal]\nradius = 0.2\n"));

@@ -1,4 +1,4 @@
-//! Limit loads of strip footings, by the jobs that come with the program on coarse cells; VALIDATION.md has the fine ones.
+//! Limit loads of strip footings, by the jobs that come with the program on coarse cells; docs/validation/continuum_problems.md has the fine ones.
 
 use std::path::Path;
 

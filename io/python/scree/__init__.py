@@ -5,6 +5,7 @@
 >>> run.series["shear_stress"], run.units["shear_stress"]     # a column, and "Pa"
 >>> frame = run.frames.at(0.12)                               # the frame nearest to 0.12 s
 >>> frame.grains["stress"]                                    # xx, yy, xy of each grain, Pa
+>>> scree.Sweep("runs/planar_shear_sweep").table              # a line for each run of a sweep
 >>> run = scree.run("jobs/quickstart.toml", {"seed": 2}, out="runs/second")
 
 Everything is in SI units as the files are; nothing here computes what the program does.
@@ -16,6 +17,7 @@ from scree.frames import Frame, Frames
 from scree.program import Failed, run
 from scree.quantities import deviatoric_stress, fabric, pressure, void_ratio
 from scree.runs import Run
+from scree.sweeps import Sweep
 from scree.units import unit_of
 
 __all__ = [
@@ -25,6 +27,7 @@ __all__ = [
     "Frame",
     "Frames",
     "Run",
+    "Sweep",
     "deviatoric_stress",
     "fabric",
     "mean_curve",

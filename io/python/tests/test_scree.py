@@ -3,6 +3,7 @@
 import csv
 import os
 import shutil
+import subprocess
 import tempfile
 import unittest
 from pathlib import Path
@@ -217,6 +218,23 @@ class Runs(unittest.TestCase):
         np.testing.assert_allclose(curve["mean"], self.run_of.series["stress_xy"])
         error = self.run_of.summary["conservation"]["mass"]["error"]
         self.assertEqual(list(ensemble.summary("conservation", "mass", "error")), [error, error])
+
+    def test_a_sweep_is_a_table_and_its_runs(self):
+        folder = Path(self.folder.name) / "sweep"
+        line = [PROGRAM, "sweep", self.job, "--out", folder, "--vary", "cell.velocity_gradient=[[0, 20], [0, 0]],[[0, 25.0], [0, 0]]", "--vary", "contact.friction=0.3,0.5"]
+        subprocess.run(line, check=True, capture_output=True)
+        sweep = scree.Sweep(folder)
+        self.assertEqual((len(sweep), sweep.keys), (4, ["cell.velocity_gradient", "contact.friction"]))
+        self.assertEqual(list(sweep.table["state"]), ["done"] * 4)
+        wanted = {"cell.velocity_gradient": "[[0, 25.0], [0, 0]]", "contact.friction": 0.5}
+        [run] = sweep.runs(wanted)
+        np.testing.assert_array_equal(run.series["stress_xy"], self.run_of.series["stress_xy"])
+        self.assertEqual(sweep.rows(wanted)["stress_xy_end"].item(), run.series["stress_xy"].iloc[-1])
+        self.assertEqual(len(sweep.ensemble({"contact.friction": 0.3})), 2)
+        with self.assertRaises(KeyError):
+            sweep.rows({"seed": 1})
+        with self.assertRaises(FileNotFoundError):
+            scree.Sweep(self.run_of.folder)
 
     def test_what_the_program_refuses_is_told(self):
         with self.assertRaises(scree.Failed) as refused:

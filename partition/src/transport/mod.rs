@@ -5,6 +5,8 @@
 #[allow(unsafe_code, reason = "the C interface of MPI")]
 mod mpi;
 mod order;
+#[cfg(feature = "mpi")]
+mod patience;
 mod solo;
 pub mod threads;
 

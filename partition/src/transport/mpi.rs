@@ -6,7 +6,8 @@
 //!   beside it; counts are converted with a check, never cut.
 //! * Nonblocking calls keep pointers. [`InFlight`] borrows the buffers for as long as it lives, and
 //!   it ends either in `wait`, after which MPI has let go of them, or in a drop without `wait`,
-//!   which ends the process.
+//!   which ends the process. Collective ones end in [`Mpi::complete`], which returns when MPI has
+//!   let go of theirs and calls nothing that panics in between.
 //! * MPI is asked for [`Threading::Funneled`]: one thread may call it. [`Mpi::world`] is the only
 //!   way to the communicator and asserts that it is that thread, so that sharing `&Mpi` between
 //!   threads (the trait demands `Sync`) is harmless. The exception is `MPI_Abort`, which may come
@@ -14,10 +15,10 @@
 //! * The communicator keeps its default error handler, which ends all ranks. So a call that returns
 //!   has succeeded, and return codes are not looked at.
 
-use super::{Transport, check_peers};
+use super::{Transport, check_peers, patience};
 use mpi::Threading;
 use mpi::environment::Universe;
-use mpi::ffi::{self, MPI_Comm, MPI_Op, MPI_Request, MPI_Status};
+use mpi::ffi::{self, MPI_Comm, MPI_Request, MPI_Status};
 use std::env;
 use std::ffi::{c_int, c_void};
 use std::marker::PhantomData;
@@ -25,6 +26,7 @@ use std::mem;
 use std::panic;
 use std::process;
 use std::ptr;
+use std::slice;
 use std::thread::{self, ThreadId};
 
 /// Longest piece of a message: MPI counts bytes in an i32, so longer messages travel in pieces.
@@ -93,21 +95,58 @@ impl Mpi {
         unsafe { ffi::RSMPI_COMM_WORLD }
     }
 
-    fn all_reduce(&self, values: &mut [i64], operation: MPI_Op) {
-        // MPI wants the two buffers apart, and its in-place marker is a macro that the bindings
-        // cannot see.
-        let mine = values.to_vec();
-        // SAFETY: two buffers of `values.len()` i64 each.
-        unsafe {
-            ffi::MPI_Allreduce(
-                pointer(&mine),
-                pointer_mut(values),
-                count(mine.len()),
-                ffi::RSMPI_INT64_T,
-                operation,
-                self.world(),
-            );
+    /// Each value joined over the ranks, by messages between pairs of them (recursive doubling): whole numbers come out the same in
+    /// any order, and Open MPI's own reduction takes twice as long on two ranks and holds the core while it waits.
+    fn all_reduce(&self, values: &mut [i64], join: fn(i64, i64) -> i64) {
+        let mut theirs = vec![0; values.len()];
+        // Ranks beyond the largest power of two hand their values in, and are told what came out.
+        let paired = 1 << self.size.ilog2();
+        let add = |values: &mut [i64], theirs: &[i64]| {
+            values.iter_mut().zip(theirs).for_each(|(mine, theirs)| *mine = join(*mine, *theirs));
+        };
+        if self.rank >= paired {
+            self.swap(Some((self.rank - paired, values)), None);
+            self.swap(None, Some((self.rank - paired, values)));
+            return;
         }
+        let outsider = Some(self.rank + paired).filter(|outsider| *outsider < self.size);
+        if let Some(outsider) = outsider {
+            self.swap(None, Some((outsider, &mut theirs)));
+            add(values, &theirs);
+        }
+        for distance in (0..paired.ilog2()).map(|power| 1 << power) {
+            let partner = self.rank ^ distance;
+            self.swap(Some((partner, values)), Some((partner, &mut theirs)));
+            add(values, &theirs);
+        }
+        if let Some(outsider) = outsider {
+            self.swap(Some((outsider, values)), None);
+        }
+    }
+
+    /// Numbers to one rank and from one, as many as they know of.
+    fn swap(&self, send: Option<(usize, &[i64])>, receive: Option<(usize, &mut [i64])>) {
+        let mut flight = InFlight::new(self.world(), 2);
+        if let Some((sender, into)) = receive {
+            flight.receive(sender, bytes_mut(into));
+        }
+        if let Some((receiver, values)) = send {
+            flight.send(receiver, bytes(values));
+        }
+        flight.wait();
+    }
+
+    /// Ends a collective operation that `begin` starts on buffers which live until then.
+    fn complete(&self, begin: impl FnOnce(MPI_Comm, &mut MPI_Request)) {
+        // SAFETY: a constant of the library.
+        let mut request = unsafe { ffi::RSMPI_REQUEST_NULL };
+        begin(self.world(), &mut request);
+        patience::until(|| {
+            let mut is_there = 0;
+            // SAFETY: one live request and one integer; MPI may be told that nobody reads the status.
+            unsafe { ffi::MPI_Test(&mut request, &mut is_there, ffi::RSMPI_STATUS_IGNORE) };
+            is_there != 0
+        });
     }
 
     /// How many bytes each rank has for me, given how many I have for each.
@@ -115,31 +154,31 @@ impl Mpi {
         assert_eq!(lengths.len(), self.size, "one entry per rank");
         let mut theirs = vec![0; self.size];
         // SAFETY: one u64 per rank in either buffer.
-        unsafe {
+        self.complete(|world, request| unsafe {
             let u64_type = ffi::RSMPI_UINT64_T;
-            ffi::MPI_Alltoall(pointer(lengths), 1, u64_type, pointer_mut(&mut theirs), 1, u64_type, self.world());
-        }
+            ffi::MPI_Ialltoall(pointer(lengths), 1, u64_type, pointer_mut(&mut theirs), 1, u64_type, world, request);
+        });
         theirs
     }
 
     /// Everyone's number, by rank.
     fn all_numbers(&self, mine: u64) -> Vec<u64> {
-        let mut all = vec![0; self.size];
+        let (mine, mut all) = ([mine], vec![0; self.size]);
         // SAFETY: one u64 from here, one u64 per rank in `all`.
-        unsafe {
+        self.complete(|world, request| unsafe {
             let u64_type = ffi::RSMPI_UINT64_T;
-            ffi::MPI_Allgather(pointer(&[mine]), 1, u64_type, pointer_mut(&mut all), 1, u64_type, self.world());
-        }
+            ffi::MPI_Iallgather(pointer(&mine), 1, u64_type, pointer_mut(&mut all), 1, u64_type, world, request);
+        });
         all
     }
 
     /// At most as many bytes as one call can move.
     fn broadcast_piece(&self, bytes: &mut [u8]) {
         // SAFETY: one buffer of `bytes.len()` bytes.
-        unsafe {
+        self.complete(|world, request| unsafe {
             let length = count(bytes.len());
-            ffi::MPI_Bcast(pointer_mut(bytes), length, ffi::RSMPI_UINT8_T, 0, self.world());
-        }
+            ffi::MPI_Ibcast(pointer_mut(bytes), length, ffi::RSMPI_UINT8_T, 0, world, request);
+        });
     }
 }
 
@@ -201,8 +240,8 @@ impl Transport for Mpi {
             counts.iter().scan(0, |next, length| Some(mem::replace(next, *next + length))).collect();
         let mut all = zeros(total);
         // SAFETY: `all` holds the sum of `counts`, whose pieces start at their running sums.
-        unsafe {
-            ffi::MPI_Allgatherv(
+        self.complete(|world, request| unsafe {
+            ffi::MPI_Iallgatherv(
                 pointer(mine),
                 count(mine.len()),
                 ffi::RSMPI_UINT8_T,
@@ -210,9 +249,10 @@ impl Transport for Mpi {
                 counts.as_ptr(),
                 starts.as_ptr(),
                 ffi::RSMPI_UINT8_T,
-                self.world(),
+                world,
+                request,
             );
-        }
+        });
         let piece = |(start, length): (&c_int, &c_int)| all[*start as usize..][..*length as usize].to_vec();
         starts.iter().zip(&counts).map(piece).collect()
     }
@@ -250,20 +290,18 @@ impl Transport for Mpi {
     }
 
     fn sum(&self, values: &mut [i64]) {
-        // SAFETY: a constant of the library.
-        self.all_reduce(values, unsafe { ffi::RSMPI_SUM });
+        self.all_reduce(values, i64::wrapping_add);
     }
 
     fn max_integer(&self, values: &mut [i64]) {
-        // SAFETY: a constant of the library.
-        self.all_reduce(values, unsafe { ffi::RSMPI_MAX });
+        self.all_reduce(values, i64::max);
     }
 
     fn barrier(&self) {
         // SAFETY: the communicator is live.
-        unsafe {
-            ffi::MPI_Barrier(self.world());
-        }
+        self.complete(|world, request| unsafe {
+            ffi::MPI_Ibarrier(world, request);
+        });
     }
 
     fn abort(&self, code: i32) -> ! {
@@ -325,10 +363,13 @@ impl<'a> InFlight<'a> {
     fn wait(mut self) {
         // SAFETY: a status is plain integers, for which zero is a value.
         let mut statuses: Vec<MPI_Status> = vec![unsafe { mem::zeroed() }; self.requests.len()];
-        // SAFETY: one request and one status per message; afterwards MPI has let go of the buffers.
-        unsafe {
-            ffi::MPI_Waitall(count(self.requests.len()), self.requests.as_mut_ptr(), statuses.as_mut_ptr());
-        }
+        patience::until(|| {
+            let mut are_there = 0;
+            let (messages, requests) = (count(self.requests.len()), self.requests.as_mut_ptr());
+            // SAFETY: one request and one status per message; once all are there MPI has let go of the buffers.
+            unsafe { ffi::MPI_Testall(messages, requests, &mut are_there, statuses.as_mut_ptr()) };
+            are_there != 0
+        });
         self.requests.clear();
         // Too long a message is an error to MPI, too short a one is not.
         for (status, (sender, length)) in statuses.iter().zip(&self.expected) {
@@ -376,6 +417,18 @@ fn end_all_ranks(code: c_int) -> ! {
 
 fn count(items: usize) -> c_int {
     c_int::try_from(items).unwrap_or_else(|_| panic!("{items} items are more than one MPI call can move"))
+}
+
+/// Numbers as the bytes that they are; ranks of a run are one program on machines of one kind.
+fn bytes(values: &[i64]) -> &[u8] {
+    // SAFETY: the same memory for the same time, and any bytes are bytes.
+    unsafe { slice::from_raw_parts(values.as_ptr().cast(), mem::size_of_val(values)) }
+}
+
+/// As [`bytes`]; any bytes are numbers.
+fn bytes_mut(values: &mut [i64]) -> &mut [u8] {
+    // SAFETY: the same memory for the same time, borrowed as it was; any eight bytes are an i64.
+    unsafe { slice::from_raw_parts_mut(values.as_mut_ptr().cast(), mem::size_of_val(values)) }
 }
 
 fn zeros(length: u64) -> Vec<u8> {

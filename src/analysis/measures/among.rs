@@ -5,7 +5,7 @@ use toml::{Table, Value};
 
 use crate::analysis::curve::range;
 use crate::analysis::drive::material;
-use crate::analysis::run::{Run, lookup};
+use crate::analysis::run::{Run, as_number, lookup};
 
 /// What makes a specimen and its test, whatever it is simulated with; the random packing apart. A grid is behind all of it, and
 /// material and regions' fractions are the continuum's.
@@ -113,7 +113,8 @@ impl<'a> Among<'a> {
             of.push((case, number));
         }
         let members = |group: usize| (0..runs.len()).filter(|&index| of[index].1 == group).collect::<Vec<_>>();
-        let first: Vec<&Run> = (0..kinds.len()).map(|group| &runs[members(group)[0]]).collect();
+        let first: Vec<(&Run, &Table)> =
+            kinds.iter().enumerate().map(|(group, kind)| (&runs[members(group)[0]], kind)).collect();
         let name = |(group, name)| Group { name, members: members(group) };
         let groups: Vec<Group> = names(&first).into_iter().enumerate().map(name).collect();
         let member = |(index, run): (usize, &'a Run)| {
@@ -278,9 +279,13 @@ fn short(value: f64) -> String {
     digits.to_string()
 }
 
-/// Names of groups by what they differ in; those of the same name are told apart by their first runs.
-fn names(first: &[&Run]) -> Vec<String> {
-    let told: Vec<_> = first.iter().map(|run| told_of(run)).collect();
+/// Keys that are named where groups differ by them; more would not be read.
+const KEYS_NAMED: usize = 3;
+
+/// Names of groups, each with its first run and its kind, by what they differ in. Those of the same name are told apart by the keys of
+/// their jobs that differ, or by their first runs.
+fn names(groups: &[(&Run, &Table)]) -> Vec<String> {
+    let told: Vec<_> = groups.iter().map(|(run, _)| told_of(run)).collect();
     let differs = |thing: &usize| {
         let mut all: Vec<&String> = told.iter().filter_map(|told| told[*thing].as_ref()).collect();
         all.sort();
@@ -288,20 +293,61 @@ fn names(first: &[&Run]) -> Vec<String> {
         all.len() > 1
     };
     let things: Vec<usize> = (0..told.first().map_or(0, |told| told.len())).filter(differs).collect();
-    let name = |(run, told): (&&Run, &[Option<String>; 5])| {
-        let method = if run.method.is_empty() { &run.name } else { &run.method };
+    let name = |((run, _), told): (&(&Run, &Table), &[Option<String>; 5])| {
+        let job = run.scenario.get("name").and_then(Value::as_str).unwrap_or(&run.name);
+        let method = if run.method.is_empty() { job } else { &run.method };
         match things.iter().filter_map(|&thing| told[thing].clone()).collect::<Vec<_>>().join(", ") {
             told if told.is_empty() => method.to_owned(),
             told => format!("{method} ({told})"),
         }
     };
-    let names: Vec<String> = first.iter().zip(&told).map(name).collect();
-    let twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
-    let tell_apart = |(run, name): (&&Run, &String)| match name {
-        name if twice(name) && run.name != *name => format!("{name}, {}", run.name),
-        name => name.clone(),
+    let names: Vec<String> = groups.iter().zip(&told).map(name).collect();
+    let tell_apart = |(index, name): (usize, &String)| {
+        let alike: Vec<&Table> =
+            groups.iter().zip(&names).filter(|(_, other)| *other == name).map(|((_, kind), _)| *kind).collect();
+        let keys = keys_apart(&alike);
+        let run = groups[index].0;
+        match alike.len() {
+            1 => name.clone(),
+            _ if !keys.is_empty() && keys.len() <= KEYS_NAMED => {
+                let words = |path: &String| {
+                    format!("{} {}", path.rsplit('.').next().unwrap_or(path), shown(groups[index].1, path))
+                };
+                format!("{name}, {}", keys.iter().map(words).collect::<Vec<_>>().join(", "))
+            }
+            _ if run.name != *name => format!("{name}, {}", run.name),
+            _ => name.clone(),
+        }
     };
-    first.iter().zip(&names).map(tell_apart).collect()
+    names.iter().enumerate().map(tell_apart).collect()
+}
+
+/// Dotted paths of the values that are not the same in all of these tables.
+fn keys_apart(tables: &[&Table]) -> Vec<String> {
+    fn leaves(table: &Table, before: &str, found: &mut Vec<String>) {
+        for (key, value) in table {
+            let path = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
+            match value {
+                Value::Table(inner) => leaves(inner, &path, found),
+                _ if !found.contains(&path) => found.push(path),
+                _ => {}
+            }
+        }
+    }
+    let mut paths = Vec::new();
+    tables.iter().for_each(|table| leaves(table, "", &mut paths));
+    paths.retain(|path| tables.iter().any(|table| lookup(table, path) != lookup(tables[0], path)));
+    paths
+}
+
+/// A value for a name; numbers to three digits.
+fn shown(table: &Table, path: &str) -> String {
+    let value = lookup(table, path);
+    value
+        .and_then(as_number)
+        .map(short)
+        .or_else(|| value.map(Value::to_string))
+        .unwrap_or_else(|| "not given".to_owned())
 }
 
 #[cfg(test)]
@@ -343,6 +389,36 @@ mod tests {
         assert_eq!([partner(2), partner(3), partner(4)], [Some(1), Some(5), None]);
         assert_eq!(among.stand_in(&among.members[4]).unwrap().index(), 0);
         assert!(among.apart.len() == 1 && among.apart[0].contains("`contact`"), "{:?}", among.apart);
+    }
+
+    /// A sweep has groups that differ by a key which nobody foresaw; its seeds are one group.
+    #[test]
+    fn groups_are_told_apart_by_the_keys_that_differ() {
+        let of = |seed: i64, friction: f64, stress: f64| {
+            let cell = "[cell]\nspace = \"plane\"";
+            Run::made(&format!(
+                "name = \"few\"\nseed = {seed}\n{cell}\n[contact]\nfriction = {friction}\n[packing]\nstress = {stress}"
+            ))
+        };
+        let name = |run: Run, name: &str| Run { name: name.to_owned(), ..run };
+        let runs = [
+            name(of(1, 0.3, 1e5), "a"),
+            name(of(2, 0.3, 1e5), "b"),
+            name(of(1, 0.5, 1e5), "c"),
+            name(of(1, 0.5, 2e5), "d"),
+        ];
+        let among = Among::of(&runs);
+        let names: Vec<&str> = among.groups.iter().map(|group| &*group.name).collect();
+        assert_eq!(
+            names,
+            [
+                "few, friction 0.3, stress 100000",
+                "few, friction 0.5, stress 100000",
+                "few, friction 0.5, stress 200000"
+            ]
+        );
+        assert_eq!(among.groups[0].members, [0, 1]);
+        assert_eq!(Among::of(&runs[..2]).groups[0].name, "few");
     }
 
     const JOB: &str = "[grid]\ndepth = 0.01\ncell = 0.003\n[grains]\ndensity = 2530.0\n[packing]\ncache = \"a\"\n[[region]]\n\

@@ -13,6 +13,7 @@ use crate::base::error::Error;
 pub mod among;
 pub mod bands;
 pub mod disturbance;
+pub mod ensembles;
 pub mod inside;
 pub mod speed;
 pub mod stress;
@@ -45,6 +46,7 @@ pub struct Measures<'a> {
     pub among: Among<'a>,
     pub stress: Found<stress::Stress>,
     pub levels: Found<Vec<stress::Level>>,
+    pub ensembles: Found<Vec<ensembles::Ensemble>>,
     pub bands: Found<Option<bands::Bands>>,
     pub volume: Found<Vec<volume::Volume>>,
     pub trained: Found<Vec<trained::Trained>>,
@@ -67,9 +69,11 @@ impl<'a> Measures<'a> {
         stress.left_out.extend(among.apart.iter().cloned());
         let averages = &stress.of.averages;
         let bands = bands::measured(&among, between)?;
+        let levels = stress::levels(&among, averages);
         let of_shear = |wanted: bool| if wanted { Some(&among) } else { None };
         Ok(Ok(Self {
-            levels: stress::levels(&among, averages),
+            ensembles: ensembles::measured(&among, &levels.of),
+            levels,
             volume: volume::measured(&among, bands.of.as_ref())?,
             trained: of_shear(is_shear).map(trained::measured).transpose()?.unwrap_or_default(),
             inside: of_shear(is_shear).map(|among| inside::measured(among, averages)).transpose()?.unwrap_or_default(),
@@ -79,6 +83,15 @@ impl<'a> Measures<'a> {
             bands,
             among,
         }))
+    }
+
+    /// Peak and level of runs alone, for which no frame is read; or why there are none.
+    pub fn of_curves(runs: &[Run]) -> Result<Found<Vec<stress::Level>>, String> {
+        let among = Among::of(runs);
+        match among.unlike() {
+            Some(why) => Err(why),
+            None => Ok(stress::levels(&among, &stress::averages(&among).1)),
+        }
     }
 
     /// What was measured of one run around its enrichment.
@@ -110,6 +123,7 @@ impl<'a> Measures<'a> {
         };
         add(drive.key, told(&self.stress));
         add("softening", told(&self.levels));
+        add("ensembles", told(&self.ensembles));
         add("bands", told(&self.bands));
         add("volume", told(&self.volume));
         add("training", told(&self.trained));

@@ -59,13 +59,18 @@ pub struct Stress {
     pub spreads: Vec<Option<Spread>>,
 }
 
-pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Found<Stress> {
+/// Moving averages of every member over one time, s, which stands before them.
+pub fn averages(among: &Among) -> (f64, Vec<Averaged>) {
     let times: Vec<&[f64]> = among.members.iter().map(|member| member.run.column("time")).collect();
     let (window, rows) = windows(&times);
     let averaged = |(member, rows): (&Member, usize)| {
         Averaged::of(&member.run.drive.values, member.stress(), member.run.cut(), rows)
     };
-    let averages: Vec<Averaged> = among.members.iter().zip(rows).map(averaged).collect();
+    (window, among.members.iter().zip(rows).map(averaged).collect())
+}
+
+pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Found<Stress> {
+    let (window, averages) = averages(among);
     let spread = |group: &Group| {
         let of: Vec<&Averaged> = group.members.iter().map(|&index| &averages[index]).collect();
         (of.len() > 1).then(|| Spread::of(&of))

@@ -6,14 +6,13 @@ use clap::{Args, Subcommand};
 use scree_partition::transport::Transport;
 use serde_json::{Map, Value, json};
 
-use self::launch::{Launcher, is_launched};
 use super::cores::Placement;
+use super::launch::{Launcher, is_launched};
 use super::{Ending, start_threads_of};
 use crate::base::error::Error;
 use crate::bench::{Speed, Stretches, dem, mpm, rve};
 use crate::run::Outcome;
 
-mod launch;
 mod scaling;
 
 #[derive(Subcommand)]

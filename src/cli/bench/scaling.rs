@@ -10,11 +10,11 @@ use std::process::{Command, Output};
 
 use clap::Args;
 
-use super::launch::{Launcher, cores, is_launched};
 use crate::base::error::Error;
 use crate::base::units::{Dimension, quantity};
 use crate::bench::scaling::{Point, Sample, Scaling, first_difference, strong, weak};
 use crate::cli::cores::counted;
+use crate::cli::launch::{Launcher, cores, is_launched};
 use crate::job::Job;
 use crate::job::widen;
 use crate::plot::report;

@@ -6,7 +6,7 @@ use crate::job::figures::{grain_measure, grains, sizes, stresses_of_packing};
 use crate::job::{Job, Method, derived};
 use crate::rve::Pace;
 
-// Chosen on `jobs/triaxial.toml`, one core (VALIDATION.md, "Forecasts"); in space by `scree bench dem --space solid`.
+// Chosen on `jobs/triaxial.toml`, one core (docs/validation/forecasts.md); in space by `scree bench dem --space solid`.
 // What is measured takes the place of a grain's and a point's cost, and what else grains cost keeps its share of a grain's.
 
 /// Wall time of a grain and step, s: in a periodic cell that is compressed, among grains and bodies alone, and what it

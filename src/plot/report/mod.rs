@@ -1,7 +1,8 @@
 //! `scree report DIR...`: one HTML file that opens without a network, and its drawings as SVG files beside it.
 //!
 //! Everything comes from what the runs left on disk ([`crate::analysis`] has the numbers). Several directories make a comparison:
-//! curves over each other, specimens below each other at equal strains, whatever jobs they are of.
+//! curves over each other, specimens below each other at equal strains, whatever jobs they are of. The directory of a sweep stands for
+//! its runs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,6 +14,7 @@ use crate::analysis::calibrate::Subject;
 use crate::analysis::calibrate::mobilised::Calibration as CalibrationMobilised;
 use crate::analysis::measures::Measures;
 use crate::analysis::run::Run;
+use crate::analysis::sweep;
 use crate::base::error::Error;
 use crate::bench::scaling::Scaling;
 use crate::run::results::{Results, unwritable};
@@ -55,7 +57,8 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) ->
     let Some(first) = dirs.first() else {
         return Err(Error::User("A report needs the directory of a run: `scree report runs/NAME`.".to_owned()));
     };
-    let mut runs = dirs.iter().map(|directory| Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
+    let mut runs =
+        sweep::with_rows(dirs)?.iter().map(|directory| Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
     tell_apart(&mut runs);
     let measures = Measures::of(&runs, between)?;
     if let (Err(why), Some(_)) = (&measures, between) {

@@ -14,6 +14,7 @@ use super::fit::{moduli, sine};
 use super::layers::Profile;
 use super::model::Curve;
 use super::path::{Drive, Kept};
+use crate::analysis::interval::student;
 use crate::base::error::Error;
 use crate::base::math;
 use crate::law::contact::Contact;
@@ -498,13 +499,6 @@ const NAMED: [Named; COUNT + 3] = [
     ("phase_transformation_factor", "k_d", "", |fit| fit.constants.phase_transformation_factor),
     ("cohesion", "c", "Pa", |fit| fit.constants.cohesion),
 ];
-
-/// Student's t that 95 % lie within, of so many degrees of freedom.
-fn student(freedom: usize) -> f64 {
-    const FEW: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
-    // Within 0.2 % beyond the table.
-    FEW.get(freedom.max(1) - 1).copied().unwrap_or(1.96 + 2.4 / freedom as f64 + 3.0 / (freedom * freedom) as f64)
-}
 
 fn shown(fit: &Fit, stress: f64, specimens: &[&Specimen], index: usize) -> Option<Shown> {
     let curve = mean_curve(stress, specimens, index, false);

@@ -11,6 +11,7 @@ use crate::base::error::Error;
 
 pub mod bands;
 mod coupling;
+mod ensembles;
 pub mod stress;
 mod volume;
 
@@ -61,6 +62,7 @@ pub fn all(measures: &Measures) -> Result<Vec<Part>, Error> {
     Ok(vec![
         stress::part(measures),
         Part::of(&measures.levels, |levels| Ok(stress::levels(measures, levels)))?,
+        Part::of(&measures.ensembles, |found| Ok(ensembles::part(found)))?,
         bands::part(measures),
         Part::of(&measures.volume, |volumes| Ok(volume::part(measures, volumes)))?,
         Part::of(&measures.trained, |trained| coupling::trained(measures, trained))?,

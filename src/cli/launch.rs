@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::process::Command;
 
-use super::super::LAUNCHER_VARIABLES;
+use super::LAUNCHER_VARIABLES;
 use crate::base::error::Error;
 
 /// Open MPI starts ranks for root only where both of these are 1.
@@ -19,7 +19,7 @@ impl Launcher {
     /// Refuses where no ranks could be started.
     pub fn find() -> Result<Self, Error> {
         let version = Command::new("mpirun").arg("--version").output().map_err(|error| {
-            Error::User(format!("mpirun cannot be started ({error}); install Open MPI, or measure with --ranks 1"))
+            Error::User(format!("mpirun cannot be started ({error}); install Open MPI, or ask for --ranks 1"))
         })?;
         let is_open_mpi = String::from_utf8_lossy(&version.stdout).contains("Open MPI");
         let allowed =
