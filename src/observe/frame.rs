@@ -55,6 +55,8 @@ struct Row {
     position: [f64; 3],
     radius: f64,
     weight: f64,
+    /// kg; zero of vertices of membranes.
+    mass: f64,
     displacement: [f64; 3],
     /// Periods that it has gone.
     image: Image,
@@ -80,6 +82,7 @@ impl Record for Row {
         visitor.f64s("position", &mut self.position);
         visitor.f64s("radius", std::slice::from_mut(&mut self.radius));
         visitor.f64s("weight", std::slice::from_mut(&mut self.weight));
+        visitor.f64s("mass", std::slice::from_mut(&mut self.mass));
         visitor.f64s("displacement", &mut self.displacement);
         visit_image::<Solid>(&mut self.image, visitor);
         visitor.f64s("velocity", &mut self.velocity);
@@ -99,7 +102,7 @@ impl Cargo for Row {
 }
 
 /// Bytes of a row in a file before they are compressed, at most: place, number, offset, and the fields.
-pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 2 + 9 + 12 + 1 + OBSERVED.len() + OBSERVED_OF_RVES.len());
+pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 3 + 9 + 12 + 1 + OBSERVED.len() + OBSERVED_OF_RVES.len());
 
 /// Which of [`OBSERVED`] a frame of grains alone has: strains, rotation, and plastic strain, which is zero.
 const OBSERVED_OF_GRAINS: [usize; 4] = [3, 4, 5, 7];
@@ -222,6 +225,7 @@ fn fields<S: Space>(told: Vec<usize>, may_have_points: bool, has_rves: bool) -> 
         whole("id", |row| row.id as i64),
         numbers("radius", 0..1, |row| std::slice::from_ref(&row.radius)),
         numbers("weight", 0..1, |row| std::slice::from_ref(&row.weight)),
+        numbers("mass", 0..1, |row| std::slice::from_ref(&row.mass)),
         numbers("displacement", 0..3, |row| &row.displacement),
         numbers("velocity", 0..3, |row| &row.velocity),
         numbers("spin", 0..3, |row| &row.spin),
@@ -324,6 +328,7 @@ fn grain_rows<S: Space>(world: &World<S>, depth: f64, fraction: f64) -> Vec<Row>
             position: spread(&hot.position),
             radius: hot.radius,
             weight: if glued { 1.0 } else { hot.weight },
+            mass: hot.mass,
             displacement: displacement(&hot.position, &cold.origin, cold.image, &world.assembly.cell),
             image: cold.image,
             velocity: spread(&hot.velocity),
@@ -381,6 +386,7 @@ fn point_rows<S: Space>(world: &World<S>, averaged: &[[f64; 7]], rows: Range<usi
             if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
         },
         weight: hot.weight,
+        mass: hot.mass,
         displacement: displacement(&hot.position, &cold.origin, cold.image, &world.assembly.cell),
         image: cold.image,
         velocity: spread(&hot.velocity),

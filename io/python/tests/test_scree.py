@@ -125,6 +125,50 @@ class Quantities(unittest.TestCase):
 
 
 @unittest.skipUnless(PROGRAM, "SCREE names no program")
+class CoarseGrained(unittest.TestCase):
+    """Fields of rows whose fields are known."""
+
+    DEPTH = 0.01
+
+    def frame(self, edges, periodic, counts, velocity):
+        """A lattice of material points in a cell of the plane."""
+        index = np.stack(np.meshgrid(*(np.arange(count) + 0.5 for count in counts), indexing="ij"), axis=-1).reshape(-1, 2)
+        places = np.zeros((len(index), 3))
+        places[:, :2] = (index / counts) @ np.array(edges)
+        area = abs(np.linalg.det(edges)) / np.prod(counts)
+        rows = len(places)
+        fields = {
+            "kind": np.zeros(rows, dtype=int), "weight": np.ones(rows), "mass": np.full(rows, 2000 * area * self.DEPTH), "radius": np.full(rows, np.sqrt(area / np.pi)),
+            "velocity": velocity(places), "stress": np.tile([-1e3, -2e3, 3e2], (rows, 1)), "fraction": np.full(rows, 0.8),
+        }
+        whole = np.zeros((3, 3))
+        whole[:2, :2], whole[2, 2] = edges, self.DEPTH
+        cell = {"cell_corner": np.array([0, 0, -0.5 * self.DEPTH]), "cell_edges": whole.ravel(), "cell_periodic": np.array([*periodic, 0])}
+        return scree.Frame(0.5, places[:, None, :], fields, cell)
+
+    def test_uniform_matter_and_its_velocity_gradient_come_out(self):
+        gradient = np.array([[1.0, 2.0], [-3.0, 0.5]])
+        frame = self.frame([[40e-3, 0], [0, 30e-3]], [0, 0], [80, 60], lambda x: np.column_stack([x[:, :2] @ gradient.T, 0 * x[:, 0]]))
+        fields = scree.coarse_grain(frame, 1e-3)
+        self.assertAlmostEqual(fields.total("density") / frame["mass"].sum(), 1, delta=1e-13)
+        at = fields.lattice.points
+        inside = (at[..., 0] > 4e-3) & (at[..., 0] < 36e-3) & (at[..., 1] > 4e-3) & (at[..., 1] < 26e-3)
+        for name, wanted in {"density": 2000, "fraction": 0.8, "stress": [-1e3, -2e3, 3e2], "velocity_gradient": gradient.ravel()}.items():
+            np.testing.assert_allclose(fields[name][inside], np.broadcast_to(wanted, fields[name][inside].shape), rtol=1e-10)
+        np.testing.assert_allclose(fields["velocity"][inside], at[inside] @ gradient.T, atol=1e-12)
+        np.testing.assert_allclose(fields.strain_rate[inside], np.broadcast_to([1.0, 0.5, -0.5], (*fields["density"][inside].shape, 3)), rtol=1e-9)
+
+    def test_a_sheared_periodic_cell_has_no_border(self):
+        frame = self.frame([[40e-3, 0], [12e-3, 30e-3]], [1, 1], [80, 65], lambda x: np.tile([0.1, -0.2, 0.0], (len(x), 1)))
+        fields = scree.coarse_grain(frame, 1e-3)
+        np.testing.assert_allclose(fields["density"], 2000, rtol=1e-10)
+        np.testing.assert_allclose(fields["velocity"], np.broadcast_to([0.1, -0.2], fields["velocity"].shape), rtol=1e-10)
+        np.testing.assert_allclose(fields["velocity_gradient"], 0, atol=1e-10)
+        np.testing.assert_allclose(fields["temperature"], 0, atol=1e-15)
+        with self.assertRaises(ValueError):
+            scree.write_images("never.vtkhdf", [fields])
+
+
 class Runs(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -189,6 +233,60 @@ class Runs(unittest.TestCase):
         self.assertAlmostEqual(np.trace(fabric), 1)
         # Grains that are sheared lean on each other across the shear.
         self.assertLess(fabric[0, 1], 0)
+
+    def test_fields_keep_mass_momentum_and_stress(self):
+        frame, contacts = self.run_of.frames[-1], self.run_of.contacts[-1]
+        gradient = np.array([[0.0, 25.0], [0.0, 0.0]])
+        fields = scree.coarse_grain(frame, 2e-3, contacts=contacts, velocity_gradient=gradient, samples=3)
+        mass, corner = frame["mass"], fields.lattice.corner[:2]
+        own = frame["velocity"][:, :2] - (frame.positions[:, :2] - corner) @ gradient.T
+        velocity = fields["velocity"] - (fields.lattice.points - corner) @ gradient.T
+        self.assertAlmostEqual(fields.total("density") / mass.sum(), 1, delta=1e-13)
+        momentum = (fields["density"][..., None] * velocity).sum(axis=(0, 1)) * fields.lattice.volume
+        np.testing.assert_allclose(momentum, mass @ own, atol=1e-13 * (mass @ abs(own)).sum())
+        # Love and Weber's mean over the cell is the integral of the field.
+        branch = contacts.places[:, 1] - contacts.places[:, 0]
+        moment = np.einsum("c,ci,cj->ij", contacts["weight"], contacts["force"], branch)[:2, :2]
+        wanted = np.array([moment[0, 0], moment[1, 1], 0.5 * (moment[0, 1] + moment[1, 0])])
+        np.testing.assert_allclose(fields.total("stress"), wanted, atol=1e-12 * abs(moment).max())
+        # Flux of momentum is the mean motion's and the rest.
+        flux = np.einsum("r,ri,rj->ij", mass, own, own)
+        of_mean = np.einsum("xy,xyi,xyj->ij", fields["density"], velocity, velocity) * fields.lattice.volume
+        kinetic = fields.total("kinetic_stress")
+        np.testing.assert_allclose(of_mean[0, 0] - kinetic[0], flux[0, 0], rtol=1e-12)
+        self.assertTrue((fields["temperature"] > 0).all())
+        np.testing.assert_allclose(fields["fabric"][..., 0] + fields["fabric"][..., 1], 1, rtol=1e-12)
+        # The cell is sheared at 25/s, and its grains by no more than noise beside it.
+        self.assertAlmostEqual(np.mean(fields["velocity_gradient"][..., 1]) / 25, 1, delta=0.2)
+        self.assertLess(abs(own).max(), 0.5 * abs(frame["velocity"]).max())
+        self.assertIn("fraction", fields.values)
+        np.testing.assert_allclose(fields.total("fraction"), (np.pi * frame["radius"] ** 2).sum() * np.linalg.norm(fields.lattice.edges[2]), rtol=1e-12)
+
+    def test_fields_over_time_are_an_image_that_vtk_reads(self):
+        try:
+            from vtkmodules.util.numpy_support import vtk_to_numpy
+            from vtkmodules.vtkIOHDF import vtkHDFReader
+        except ModuleNotFoundError:
+            self.skipTest("there is no vtk")
+        job = Path(self.folder.name) / "column.toml"
+        job.write_text(subprocess.run([PROGRAM, "new", "continuum"], check=True, capture_output=True, text=True).stdout)
+        run = scree.run(job, {"time.end": "20 ms"}, out=Path(self.folder.name) / "column", program=PROGRAM)
+        fields = [scree.coarse_grain(frame, 2e-2) for frame in run.frames]
+        path = Path(self.folder.name) / "fields.vtkhdf"
+        scree.write_images(path, fields)
+        reader = vtkHDFReader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        self.assertEqual(reader.GetNumberOfSteps(), len(fields))
+        reader.SetStep(len(fields) - 1)
+        reader.Update()
+        image, last = reader.GetOutput(), fields[-1]
+        density = vtk_to_numpy(image.GetPointData().GetArray("density")).reshape(image.GetDimensions()[::-1])[0].T
+        self.assertAlmostEqual(density.sum() / last["density"].sum(), 1, delta=1e-12)
+        place = np.array(np.unravel_index(density.argmax(), density.shape))
+        at = np.array(image.GetOrigin())[:2] + place * np.array(image.GetSpacing())[:2]
+        own = last.lattice.points[np.unravel_index(last["density"].argmax(), last["density"].shape)]
+        np.testing.assert_allclose(at, own, atol=1e-12)
 
     def test_checkpoints_have_their_tables(self):
         last = self.run_of.checkpoints[-1]
