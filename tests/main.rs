@@ -222,6 +222,9 @@ mod catalogue;
 /// What jobs of continua mean, key by key, and that writing and reading them again changes nothing.
 #[path = "input/continua.rs"]
 mod continua;
+/// The first hour of the handbook runs as printed: jobs, reports, restarts, two ranks, Python.
+#[path = "input/first_hour.rs"]
+mod first_hour;
 /// Jobs of any bytes, and good jobs with one thing changed, are read or refused: no panic, no hang, no memory without bound.
 #[path = "input/hostile_jobs.rs"]
 mod hostile_jobs;
