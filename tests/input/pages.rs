@@ -159,3 +159,39 @@ fn the_theory_names_files_that_exist() {
     }
     assert!(named > 60, "docs/theory.md names {named} files");
 }
+
+/// The head of `VALIDATION.md` says how many claims are met and missed; a row that is added, or changes its verdict, must be counted.
+#[test]
+fn claims_are_counted() {
+    const VERDICTS: [&str; 4] = ["yes", "**no**", "partly", "shown"];
+    let page = fs::read_to_string(root().join("VALIDATION.md")).unwrap();
+    let (mut section, mut found) = (String::new(), Vec::<(String, [usize; 4])>::new());
+    for line in page.lines() {
+        if let Some(title) = line.strip_prefix("## ") {
+            section = title.to_owned();
+        }
+        let cells: Vec<&str> = line.trim_matches('|').rsplit('|').map(str::trim).collect();
+        let Some(verdict) = cells.get(1).and_then(|cell| VERDICTS.iter().position(|word| word == cell)) else {
+            continue;
+        };
+        if found.last().is_none_or(|(last, _)| *last != section) {
+            found.push((section.clone(), [0; 4]));
+        }
+        found.last_mut().expect("it has just been made").1[verdict] += 1;
+    }
+    assert!(found.len() > 5, "{found:?}");
+    let mut all = [0; 4];
+    for (section, counts) in &found {
+        (0..4).for_each(|verdict| all[verdict] += counts[verdict]);
+        let [met, missed, partly, shown] = counts;
+        let wanted = format!(") | {} | {met} | {missed} | {partly} | {shown} |", counts.iter().sum::<usize>());
+        let line = page.lines().find(|line| line.starts_with(&format!("| [{section}]("))).unwrap_or_default();
+        assert!(line.ends_with(&wanted), "{section} has {counts:?}, and the head says {line}");
+    }
+    let [met, missed, partly, shown] = all;
+    let wanted = format!(
+        "**{} claims: {met} met, {missed} missed, {partly} met in part, {shown} shown",
+        all.iter().sum::<usize>()
+    );
+    assert!(page.contains(&wanted), "the head should say: {wanted}");
+}

@@ -50,15 +50,16 @@ fn marker(rank: usize, size: usize) -> String {
 }
 
 #[test]
-fn two_and_three_processes() {
+fn two_three_and_six_processes() {
     if is_rank() {
         let ranks = Mpi::start();
         operations::check_all(&ranks);
         println!("{}", marker(ranks.rank(), ranks.size()));
         return;
     }
-    for size in [1, 2, 3] {
-        mpirun_whole(size, "mpi::two_and_three_processes");
+    // Six: two beyond the largest power of two, which has two stages.
+    for size in [1, 2, 3, 6] {
+        mpirun_whole(size, "mpi::two_three_and_six_processes");
     }
 }
 
