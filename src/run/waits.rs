@@ -76,10 +76,12 @@ impl Waits {
     /// Looks at the time since it was last looked at, when that is long enough: words for a person and the same for the log, where
     /// there is something to tell. Collective.
     pub fn look(&mut self, phases: &Phases, steps: u64, transport: &dyn Transport) -> Option<(String, Value)> {
+        let (wall, work) = (self.begun.elapsed().as_secs_f64(), phases.busy());
         let now = Spent {
-            wall: self.begun.elapsed().as_secs_f64(),
-            work: phases.busy(),
-            waits: WAITS.iter().map(|phase| phases.of(*phase)).sum(),
+            wall,
+            work,
+            // Bodies have messages within them, which are booked there.
+            waits: WAITS.iter().map(|phase| phases.of(*phase)).sum::<f64>().min(wall - work),
             kept: kept(),
             steps: steps as f64,
         };

@@ -15,7 +15,8 @@
 //! * The communicator keeps its default error handler, which ends all ranks. So a call that returns
 //!   has succeeded, and return codes are not looked at.
 
-use super::{Transport, check_peers, patience};
+use super::patience::{Patience, Seats};
+use super::{Transport, check_peers};
 use mpi::Threading;
 use mpi::environment::Universe;
 use mpi::ffi::{self, MPI_Comm, MPI_Request, MPI_Status};
@@ -51,6 +52,7 @@ pub struct Mpi {
     rank: usize,
     size: usize,
     thread: ThreadId,
+    patience: Patience,
     /// Finalises MPI when dropped.
     _universe: Universe,
 }
@@ -79,14 +81,25 @@ impl Mpi {
              use a library built with thread support"
         );
         end_all_ranks_on_panic();
-        let (mut rank, mut size) = (0, 0);
-        // SAFETY: MPI is initialised and both pointers are to live integers.
+        let (mut rank, mut size, mut here) = (0, 0, 0);
+        // SAFETY: MPI is initialised and all pointers are to live integers, and to a communicator that is freed here.
         unsafe {
-            ffi::MPI_Comm_rank(ffi::RSMPI_COMM_WORLD, &mut rank);
-            ffi::MPI_Comm_size(ffi::RSMPI_COMM_WORLD, &mut size);
+            let world = ffi::RSMPI_COMM_WORLD;
+            ffi::MPI_Comm_rank(world, &mut rank);
+            ffi::MPI_Comm_size(world, &mut size);
+            let mut machine = world;
+            ffi::MPI_Comm_split_type(world, ffi::RSMPI_COMM_TYPE_SHARED, 0, ffi::RSMPI_INFO_NULL, &mut machine);
+            ffi::MPI_Comm_size(machine, &mut here);
+            ffi::MPI_Comm_free(&mut machine);
         }
         let natural = |number: c_int| usize::try_from(number).expect("MPI numbers ranks from 0");
-        Self { rank: natural(rank), size: natural(size), thread: thread::current().id(), _universe: universe }
+        Self {
+            rank: natural(rank),
+            size: natural(size),
+            thread: thread::current().id(),
+            patience: Patience::new(Seats::among(natural(here))),
+            _universe: universe,
+        }
     }
 
     fn world(&self) -> MPI_Comm {
@@ -126,7 +139,7 @@ impl Mpi {
 
     /// Numbers to one rank and from one, as many as they know of.
     fn swap(&self, send: Option<(usize, &[i64])>, receive: Option<(usize, &mut [i64])>) {
-        let mut flight = InFlight::new(self.world(), 2);
+        let mut flight = InFlight::new(self, 2);
         if let Some((sender, into)) = receive {
             flight.receive(sender, bytes_mut(into));
         }
@@ -141,7 +154,7 @@ impl Mpi {
         // SAFETY: a constant of the library.
         let mut request = unsafe { ffi::RSMPI_REQUEST_NULL };
         begin(self.world(), &mut request);
-        patience::until(|| {
+        self.patience.until(|| {
             let mut is_there = 0;
             // SAFETY: one live request and one integer; MPI may be told that nobody reads the status.
             unsafe { ffi::MPI_Test(&mut request, &mut is_there, ffi::RSMPI_STATUS_IGNORE) };
@@ -200,7 +213,7 @@ impl Transport for Mpi {
 
     fn exchange(&self, sends: &[(usize, &[u8])], receives: &mut [(usize, &mut [u8])], meanwhile: &mut dyn FnMut()) {
         check_peers(self, sends, receives);
-        let mut flight = InFlight::new(self.world(), sends.len() + receives.len());
+        let mut flight = InFlight::new(self, sends.len() + receives.len());
         for (sender, into) in receives {
             flight.receive(*sender, into);
         }
@@ -217,7 +230,7 @@ impl Transport for Mpi {
         let lengths: Vec<u64> = outgoing.iter().map(|bytes| bytes.len() as u64).collect();
         let mut incoming: Vec<Vec<u8>> = self.transposed(&lengths).into_iter().map(zeros).collect();
         incoming[self.rank] = mem::take(&mut outgoing[self.rank]);
-        let mut flight = InFlight::new(self.world(), 0);
+        let mut flight = InFlight::new(self, 0);
         for (sender, into) in incoming.iter_mut().enumerate().filter(|(sender, _)| *sender != self.rank) {
             flight.receive(sender, into);
         }
@@ -262,14 +275,14 @@ impl Transport for Mpi {
         // alone, at any length.
         let lengths = self.all_numbers(mine.len() as u64);
         if self.rank != 0 {
-            let mut flight = InFlight::new(self.world(), 1);
+            let mut flight = InFlight::new(self, 1);
             flight.send(0, mine);
             flight.wait();
             return None;
         }
         let mut all: Vec<Vec<u8>> = lengths.into_iter().map(zeros).collect();
         all[0].copy_from_slice(mine);
-        let mut flight = InFlight::new(self.world(), self.size);
+        let mut flight = InFlight::new(self, self.size);
         for (sender, into) in all.iter_mut().enumerate().skip(1) {
             flight.receive(sender, into);
         }
@@ -313,6 +326,7 @@ impl Transport for Mpi {
 /// its length.
 struct InFlight<'a> {
     world: MPI_Comm,
+    patience: &'a Patience,
     /// Receives first, in step with `expected`.
     requests: Vec<MPI_Request>,
     /// Sender and length of each receive.
@@ -321,9 +335,10 @@ struct InFlight<'a> {
 }
 
 impl<'a> InFlight<'a> {
-    fn new(world: MPI_Comm, messages: usize) -> Self {
+    fn new(mpi: &'a Mpi, messages: usize) -> Self {
         Self {
-            world,
+            world: mpi.world(),
+            patience: &mpi.patience,
             requests: Vec::with_capacity(messages),
             expected: Vec::with_capacity(messages),
             buffers: PhantomData,
@@ -363,7 +378,8 @@ impl<'a> InFlight<'a> {
     fn wait(mut self) {
         // SAFETY: a status is plain integers, for which zero is a value.
         let mut statuses: Vec<MPI_Status> = vec![unsafe { mem::zeroed() }; self.requests.len()];
-        patience::until(|| {
+        let patience = self.patience;
+        patience.until(|| {
             let mut are_there = 0;
             let (messages, requests) = (count(self.requests.len()), self.requests.as_mut_ptr());
             // SAFETY: one request and one status per message; once all are there MPI has let go of the buffers.
