@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # A wheel that carries the program: threads, no MPI, HDF5 inside. Builds it, and tries it in a fresh virtual environment.
 #
-#     bash io/wheel/build.sh            a quarter of an hour on two cores the first time
+#     bash io/wheel.sh            a quarter of an hour on two cores the first time
 #
 # Needs a Rust toolchain, a C compiler and python3 with venv; maturin and cmake are fetched into the build folder. The wheel is for
 # Linux with a glibc as new as that of this machine or newer: its name says which.
 set -euo pipefail
 cd "$(dirname "$0")"
-root=$(cd ../.. && pwd)
+root=$(cd .. && pwd)
 work=${CARGO_TARGET_DIR:-$root/target}/wheel
 mkdir -p "$work"
 work=$(cd "$work" && pwd)
