@@ -8,7 +8,8 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd .. && pwd)
-work=${CARGO_TARGET_DIR:-$root/target}/wheel
+work=${CARGO_TARGET_DIR:-target}/wheel
+case $work in /*) ;; *) work=$root/$work ;; esac
 mkdir -p "$work"
 work=$(cd "$work" && pwd)
 

@@ -13,6 +13,7 @@ use super::columns::Column;
 use super::measures::Measures;
 use super::run::Run;
 use crate::base::error::Error;
+use crate::run::output::is_done;
 use crate::run::results::replace;
 
 /// The table in the folder of a sweep.
@@ -100,7 +101,7 @@ pub fn write(path: &Path, keys: &[String], lines: &[Line]) -> Result<(), Error> 
     replace(path, to_csv(keys, lines).as_bytes())
 }
 
-/// The runs of a sweep that have rows of a series, in the order of its table; none where the folder is no sweep.
+/// The runs of a sweep that are done, in the order of its table, or as long as there are none all that have rows of a series; none where the folder is no sweep.
 pub fn runs_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     let path = folder.join(TABLE);
     if !path.is_file() {
@@ -116,15 +117,26 @@ pub fn runs_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     let header = csv.headers().map_err(|error| broken(error.to_string()))?;
     let column =
         header.iter().position(|name| name == FIRST[1]).ok_or_else(|| broken("it has no column `run`".into()))?;
-    let mut runs = Vec::new();
+    let (mut runs, mut done) = (Vec::new(), Vec::new());
     for line in csv.records() {
         let line = line.map_err(|error| broken(error.to_string()))?;
         let run = folder.join(line.get(column).unwrap_or_default());
         // The header of a series alone is no row.
         let rows = std::fs::read_to_string(run.join("series.csv")).map_or(0, |text| text.lines().skip(1).count());
         if rows > 0 {
+            done.extend(is_done(&run).then(|| run.clone()));
             runs.push(run);
         }
+    }
+    // A run that failed, or is going on, is no packing among others that have come to their end.
+    if !done.is_empty() && done.len() < runs.len() {
+        tracing::warn!(
+            "warning: {} of {} runs of {} have not come to their end and are left out; `scree report` of their folders shows them",
+            runs.len() - done.len(),
+            runs.len(),
+            folder.display()
+        );
+        runs = done;
     }
     match runs.is_empty() {
         false => Ok(Some(runs)),
@@ -213,6 +225,12 @@ mod tests {
         assert!(runs_of(folder.path()).unwrap_err().to_string().contains("has rows yet"));
         std::fs::create_dir(folder.path().join("a")).unwrap();
         std::fs::write(folder.path().join("a/series.csv"), "step\n1\n").unwrap();
+        assert_eq!(runs_of(folder.path()).unwrap().unwrap(), [folder.path().join("a")]);
+        write(&folder.path().join(TABLE), &["seed".into()], &[line("a", "1", &[]), line("c", "2", &[])]).unwrap();
+        std::fs::create_dir(folder.path().join("c")).unwrap();
+        std::fs::write(folder.path().join("c/series.csv"), "step\n1\n").unwrap();
+        assert_eq!(runs_of(folder.path()).unwrap().unwrap().len(), 2);
+        std::fs::write(folder.path().join("a/summary.json"), "{\"outcome\":\"done\"}").unwrap();
         assert_eq!(with_rows(&[folder.path().into(), "b".into()]).unwrap(), [folder.path().join("a"), "b".into()]);
     }
 }

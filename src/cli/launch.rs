@@ -39,6 +39,18 @@ impl Launcher {
         command.args(arguments_of_mpirun(ranks, threads, self.cores, self.is_open_mpi)).arg(program);
         command
     }
+
+    /// The same beside others of its kind: every mpirun would bind to the first cores, and a batch system that gave one task its cores
+    /// counts one slot.
+    pub fn command_among_others(&self, ranks: usize, program: impl AsRef<OsStr>) -> Command {
+        let mut command = Command::new("mpirun");
+        command.args(["-n", &ranks.to_string()]);
+        if self.is_open_mpi {
+            command.args(["--oversubscribe", "--bind-to", "none"]);
+        }
+        command.arg(program);
+        command
+    }
 }
 
 /// Cores that this process may use.

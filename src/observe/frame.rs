@@ -277,17 +277,18 @@ fn gathered<S: Space>(components: &[f64; 3]) -> S::Vector {
     vector
 }
 
-/// The image of a row inside the cell: periods it was taken back by, and where it is.
-fn wrapped<S: Space>(row: &Row, cell: &Cell<S>) -> (Image, [f64; 3]) {
-    let mut position = gathered::<S>(&row.position);
-    let image = cell.wrap(&mut position, &mut S::Vector::zero());
-    (image, spread(&position))
+/// The image of a row inside the cell: periods it was taken back by, where it is, and its velocity, which is another where the cell deforms.
+fn wrapped<S: Space>(row: &Row, cell: &Cell<S>) -> (Image, [f64; 3], [f64; 3]) {
+    let (mut position, mut velocity) = (gathered::<S>(&row.position), gathered::<S>(&row.velocity));
+    let image = cell.wrap(&mut position, &mut velocity);
+    (image, spread(&position), spread(&velocity))
 }
 
 /// Reckons what takes all grains to know, and returns where they are inside the cell.
 fn settle_grains<S: Space>(rows: &mut [Row], cell: &Cell<S>, deforms: bool) -> Vec<[f64; 3]> {
-    let images: Vec<(Image, [f64; 3])> = rows.iter().map(|row| wrapped(row, cell)).collect();
-    let place = |(row, (image, position)): (&Row, &(Image, [f64; 3]))| Place::<S> {
+    let images: Vec<_> = rows.iter().map(|row| wrapped(row, cell)).collect();
+    rows.iter_mut().zip(&images).for_each(|(row, (.., velocity))| row.velocity = *velocity);
+    let place = |(row, (image, position, _)): (&Row, &(Image, [f64; 3], [f64; 3]))| Place::<S> {
         position: gathered::<S>(position),
         displacement: gathered::<S>(&row.displacement),
         image: std::array::from_fn(|axis| row.image[axis] + image[axis]),
@@ -300,7 +301,7 @@ fn settle_grains<S: Space>(rows: &mut [Row], cell: &Cell<S>, deforms: bool) -> V
             row.observed[3..6].copy_from_slice(&[strain.volumetric, strain.deviatoric, strain.rotation_angle]);
         }
     }
-    images.into_iter().map(|(_, position)| position).collect()
+    images.into_iter().map(|(_, position, _)| position).collect()
 }
 
 fn grain_rows<S: Space>(world: &World<S>, depth: f64, fraction: f64) -> Vec<Row> {

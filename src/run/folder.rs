@@ -457,7 +457,8 @@ pub fn occupied(dir: &Path) -> Result<Option<Error>, Error> {
 
 /// Whether a process writes the run in a folder; where a file system knows no locks nobody can tell.
 pub fn is_held(dir: &Path) -> bool {
-    let lock = File::open(dir.join(LOCK));
+    // To be written to, or NFS has no lock to ask for.
+    let lock = OpenOptions::new().read(true).write(true).open(dir.join(LOCK));
     lock.is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)))
 }
 

@@ -70,7 +70,8 @@ pub struct Waits {
 
 impl Waits {
     pub fn new() -> Self {
-        Self { begun: Instant::now(), before: Spent::default(), told: Vec::new() }
+        // The thread has waited before, while the packing was made.
+        Self { begun: Instant::now(), before: Spent { kept: kept(), ..Spent::default() }, told: Vec::new() }
     }
 
     /// Looks at the time since it was last looked at, when that is long enough: words for a person and the same for the log, where
@@ -123,7 +124,8 @@ fn told(ranks: &[Spent]) -> Option<(Cause, String, Value)> {
     let mean = |of: fn(&Spent) -> f64| ranks.iter().map(of).sum::<f64>() / count;
     let most =
         |of: fn(&Spent) -> f64| (0..ranks.len()).max_by(|a, b| of(&ranks[*a]).total_cmp(&of(&ranks[*b]))).unwrap_or(0);
-    let waits = mean(|rank| rank.waits / rank.wall);
+    // What one rank has of these phases is its own work.
+    let waits = if ranks.len() == 1 { 0.0 } else { mean(|rank| rank.waits / rank.wall) };
     let (kept, busiest) = (most(|rank| rank.kept / rank.wall), most(|rank| rank.work));
     let share_kept = ranks[kept].kept / ranks[kept].wall;
     let uneven = ranks[busiest].work / mean(|rank| rank.work).max(f64::MIN_POSITIVE);
@@ -201,21 +203,25 @@ mod tests {
         }
     }
 
-    /// A cause is told once, of ten seconds at least.
+    /// A cause is told once, of ten seconds at least; one rank waits for no other.
     #[test]
     fn short_stretches_say_nothing_and_a_cause_is_told_once() {
-        let transport = scree_partition::transport::Solo;
-        let (mut waits, mut phases) = (Waits::new(), Phases::default());
-        phases.seconds[Phase::Agree as usize] = 9.0;
-        assert!(waits.look(&phases, 1000, &transport).is_none());
-        let back = |waits: &mut Waits, seconds: u64| {
-            waits.begun = Instant::now() - std::time::Duration::from_secs(seconds);
+        let looks = |rank: &dyn Transport| {
+            let (mut waits, mut phases, mut told) = (Waits::new(), Phases::default(), Vec::new());
+            for (seconds, agree) in [(1, 0.8), (12, 9.0), (30, 25.0)] {
+                phases.seconds[Phase::Agree as usize] = agree;
+                waits.begun = Instant::now() - std::time::Duration::from_secs(seconds);
+                told.push(waits.look(&phases, 1000 * seconds, rank));
+            }
+            told
         };
-        back(&mut waits, 12);
-        let (words, fields) = waits.look(&phases, 1000, &transport).unwrap();
-        assert!(words.contains("75 % of the time") && fields["cause"] == "size", "{words}");
-        phases.seconds[Phase::Agree as usize] = 25.0;
-        back(&mut waits, 30);
-        assert!(waits.look(&phases, 2000, &transport).is_none());
+        let alone = looks(&scree_partition::transport::Solo);
+        assert!(alone.iter().all(Option::is_none), "{alone:?}");
+        let told = scree_partition::transport::threads::run(2, |rank| looks(&rank));
+        for told in &told {
+            let (words, fields) = told[1].as_ref().unwrap();
+            assert!(words.contains("75 % of the time") && fields["cause"] == "size", "{words}");
+            assert!(told[0].is_none() && told[2].is_none(), "{told:?}");
+        }
     }
 }

@@ -145,7 +145,7 @@ fn scripts_are_good_shell() {
         assert!(ended.status.success(), "{}", words(&ended));
         found += 1;
     }
-    assert_eq!(found, 2);
+    assert_eq!(found, 3);
 }
 
 #[test]

@@ -5,7 +5,7 @@ where the branch b begins,
 
     density        rho(x)     = sum_i w_i m_i phi(x - x_i)
     velocity       V(x)       = sum_i w_i m_i v_i phi(x - x_i) / rho(x)
-    stress         sigma_c(x) = sum_c w_c f b  int_0^1 phi(x - x_c - s b) ds,  of points sum_i w_i V_i sigma_i phi(x - x_i)
+    stress         sigma_c(x) = sum_c w_c (f b + b f)/2  int_0^1 phi(x - x_c - s b) ds,  of points sum_i w_i V_i sigma_i phi(x - x_i)
     kinetic stress sigma_k(x) = -sum_i w_i m_i v' v' phi(x - x_i),  v' = v_i - V(x)
     temperature    T(x)       = -tr(sigma_k)/(d rho)
     fraction       Phi(x)     = sum_i w_i V_i Phi_i phi(x - x_i),  Phi_i = 1 of grains
@@ -112,7 +112,7 @@ class Fields:
         #: s.
         self.time = time
         self.lattice = lattice
-        #: By their names: `density`, `velocity`, `velocity_gradient` (row by row), `kinetic_stress`, `temperature`, `fraction`, `stress`, `fabric`.
+        #: By their names: `density`, `velocity`, `velocity_gradient` (row by row), `strain_rate`, `kinetic_stress`, `temperature`, `fraction`, `stress`, `fabric`.
         self.values = values
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -121,8 +121,7 @@ class Fields:
     @property
     def strain_rate(self) -> np.ndarray:
         """The symmetric part of the velocity gradient, 1/s."""
-        rows = self["velocity_gradient"].reshape(*self.lattice.shape, self.lattice.axes, self.lattice.axes)
-        return np.stack([0.5 * (rows[..., i, j] + rows[..., j, i]) for i, j in _PAIRS[self.lattice.axes]], axis=-1)
+        return self["strain_rate"]
 
     def total(self, name: str) -> np.ndarray:
         """The integral of a field over all samples; where there is nothing it is zero."""
@@ -131,7 +130,7 @@ class Fields:
 
 def coarse_grain(frame: Frame, width: float, *, contacts: Frame | None = None, velocity_gradient: np.ndarray | None = None, samples: int = 2) -> Fields:
     """The fields of a frame, of grains, points or both, with a kernel of this width (m; two to three mean diameters show a shear band). `contacts`, the frame of
-    `contacts.vtkhdf` of the same time, tell the stress of grains and their fabric; without them `stress` is that of points alone. `velocity_gradient` (1/s) is that of a periodic cell which deforms: rows beyond a period move with it, and
+    `contacts.vtkhdf` of the same time, tell the stress of grains and their fabric; without them frames with grains have no `stress`. The width is fitted to whole samples along periods. `velocity_gradient` (1/s) is that of a periodic cell which deforms: rows beyond a period move with it, and
     v' is what they have beside it (`run.job["cell"]["velocity_gradient"]`; where a stress is held, of the edges of two frames). Vertices of membranes are left out."""
     kind = frame.fields.get("kind", np.ones(len(frame), dtype=int))
     rows = frame.where(kind != 3)
@@ -168,6 +167,7 @@ def coarse_grain(frame: Frame, width: float, *, contacts: Frame | None = None, v
         "density": density,
         "velocity": last(mean) + (lattice.points - lattice.corner[:axes]) @ affine.T,
         "velocity_gradient": last(gradient.reshape(axes * axes, *lattice.shape)) + affine.ravel(),
+        "strain_rate": last(np.stack([0.5 * (gradient[i, j] + gradient[j, i] + affine[i, j] + affine[j, i]) for i, j in pairs])),
         "kinetic_stress": last(kinetic),
         "temperature": -trace / (axes * there),
         "fraction": fraction,
@@ -183,13 +183,15 @@ def coarse_grain(frame: Frame, width: float, *, contacts: Frame | None = None, v
         stress = stress + told[: len(pairs)]
         with np.errstate(divide="ignore", invalid="ignore"):
             values["fabric"] = last(told[len(pairs) + 1 :] / np.where(told[len(pairs)] > 0, told[len(pairs)], np.nan))
-    values["stress"] = last(stress)
+    # That of grains is told by their contacts alone.
+    if contacts is not None or is_point.all():
+        values["stress"] = last(stress)
     return Fields(frame.time, lattice, values)
 
 
 def write_images(path: str | Path, fields: Iterable[Fields]) -> None:
     """Fields over time as one image for ParaView 5.13 or later (VTKHDF `ImageData`). Their cell must be upright and stay as it is; frames may have grown beyond it, so
-    that the image is around all of them."""
+    that the image is around all of them. Tensors of space are xx, yy, zz, xy, yz, xz there, as VTK has them."""
     fields = list(fields)
     if not fields:
         raise ValueError("there are no fields")
@@ -224,9 +226,10 @@ def write_images(path: str | Path, fields: Iterable[Fields]) -> None:
                 padded = np.full((*shape, *value.shape[axes:]), 0.0 if name in ("density", "fraction", "stress") else np.nan)
                 start = lattice.first - first
                 padded[tuple(slice(begin, begin + count) for begin, count in zip(start, lattice.shape))] = value
-                padded = padded.reshape(*whole, *value.shape[axes:])
-                # x is the fastest in an image.
-                padded = padded.transpose(2, 1, 0, *range(3, padded.ndim))
+                # x is the fastest in an image; VTK wants one of a plane without its third axis, and tensors as xx, yy, zz, xy, yz, xz.
+                padded = padded.transpose(*reversed(range(axes)), *range(axes, padded.ndim))
+                if axes == 3 and padded.shape[-1] == 6 and padded.ndim == 4:
+                    padded = padded[..., [0, 1, 3, 2, 4, 5]]
                 if name == "velocity" and axes == 2:
                     padded = np.concatenate([padded, np.zeros_like(padded[..., :1])], axis=-1)
                 parts.append(padded)

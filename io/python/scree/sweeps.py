@@ -10,6 +10,13 @@ from scree.ensembles import Ensemble
 from scree.runs import Run
 
 
+def _is(cell: object, value: object) -> bool:
+    try:
+        return float(cell) == float(value)
+    except (TypeError, ValueError):
+        return str(cell).lower() == str(value).lower() if isinstance(cell, bool) or isinstance(value, bool) else str(cell) == str(value)
+
+
 class Sweep:
     """What `scree sweep` has left in a folder.
 
@@ -35,7 +42,7 @@ class Sweep:
         for key, value in (values or {}).items():
             if key not in self.table.columns:
                 raise KeyError(f"{key} does not vary in {self.folder}; these do: {', '.join(self.keys)}")
-            rows = rows[rows[key] == value]
+            rows = rows[[_is(cell, value) for cell in rows[key]]]
         return rows
 
     @property

@@ -258,7 +258,11 @@ class Runs(unittest.TestCase):
         np.testing.assert_allclose(fields["fabric"][..., 0] + fields["fabric"][..., 1], 1, rtol=1e-12)
         # The cell is sheared at 25/s, and its grains by no more than noise beside it.
         self.assertAlmostEqual(np.mean(fields["velocity_gradient"][..., 1]) / 25, 1, delta=0.2)
-        self.assertLess(abs(own).max(), 0.5 * abs(frame["velocity"]).max())
+        # Rows at the borders are where their images are, and move as these do.
+        beside = np.linalg.norm(own, axis=1)
+        corners = (frame.positions[:, :2] - corner) @ np.linalg.inv(fields.lattice.edges[:2, :2])
+        border = (np.minimum(corners, 1 - corners) < 0.03).any(axis=1)
+        self.assertLess(beside[border].mean(), 2 * beside[~border].mean())
         self.assertIn("fraction", fields.values)
         np.testing.assert_allclose(fields.total("fraction"), (np.pi * frame["radius"] ** 2).sum() * np.linalg.norm(fields.lattice.edges[2]), rtol=1e-12)
 
@@ -281,7 +285,10 @@ class Runs(unittest.TestCase):
         reader.SetStep(len(fields) - 1)
         reader.Update()
         image, last = reader.GetOutput(), fields[-1]
+        self.assertEqual(image.GetPointData().GetNumberOfArrays(), len(last.values))
         density = vtk_to_numpy(image.GetPointData().GetArray("density")).reshape(image.GetDimensions()[::-1])[0].T
+        stress = vtk_to_numpy(image.GetPointData().GetArray("stress"))
+        np.testing.assert_allclose(stress.sum(axis=0), last["stress"].sum(axis=(0, 1)), rtol=1e-10)
         self.assertAlmostEqual(density.sum() / last["density"].sum(), 1, delta=1e-12)
         place = np.array(np.unravel_index(density.argmax(), density.shape))
         at = np.array(image.GetOrigin())[:2] + place * np.array(image.GetSpacing())[:2]

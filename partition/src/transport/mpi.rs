@@ -16,7 +16,7 @@
 //!   has succeeded, and return codes are not looked at.
 
 use super::patience::{Patience, Seats};
-use super::{Transport, check_peers};
+use super::{Transport, check_peers, patience};
 use mpi::Threading;
 use mpi::environment::Universe;
 use mpi::ffi::{self, MPI_Comm, MPI_Request, MPI_Status};
@@ -82,7 +82,9 @@ impl Mpi {
         );
         end_all_ranks_on_panic();
         let (mut rank, mut size, mut here) = (0, 0, 0);
-        // SAFETY: MPI is initialised and all pointers are to live integers, and to a communicator that is freed here.
+        let mut firsts;
+        // SAFETY: MPI is initialised and all pointers are to live integers, `firsts` has one for each rank of
+        // this machine, and their communicator is freed here.
         unsafe {
             let world = ffi::RSMPI_COMM_WORLD;
             ffi::MPI_Comm_rank(world, &mut rank);
@@ -90,6 +92,9 @@ impl Mpi {
             let mut machine = world;
             ffi::MPI_Comm_split_type(world, ffi::RSMPI_COMM_TYPE_SHARED, 0, ffi::RSMPI_INFO_NULL, &mut machine);
             ffi::MPI_Comm_size(machine, &mut here);
+            firsts = vec![0_u64; usize::try_from(here).expect("this rank is there")];
+            let (mine, u64_type) = ([patience::first_core()], ffi::RSMPI_UINT64_T);
+            ffi::MPI_Allgather(pointer(&mine), 1, u64_type, pointer_mut(&mut firsts), 1, u64_type, machine);
             ffi::MPI_Comm_free(&mut machine);
         }
         let natural = |number: c_int| usize::try_from(number).expect("MPI numbers ranks from 0");
@@ -97,7 +102,7 @@ impl Mpi {
             rank: natural(rank),
             size: natural(size),
             thread: thread::current().id(),
-            patience: Patience::new(Seats::among(natural(here))),
+            patience: Patience::new(Seats::of(&firsts)),
             _universe: universe,
         }
     }

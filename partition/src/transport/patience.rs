@@ -40,39 +40,38 @@ pub(super) struct Patience {
     attentive: AtomicU64,
 }
 
-/// How many ranks share a machine, and on which cores each may run.
+/// Ranks of one machine and the cores that they may run on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seats {
-    /// Ranks on this machine.
     pub ranks: usize,
     /// Cores that this one may run on.
     pub allowed: usize,
-    /// Cores of the machine.
-    pub cores: usize,
+    /// Whether no two of them begin their lists of cores with the same one: a launcher has bound them to cores of their own. Those that
+    /// share a set of cores, of the machine or of a container, begin alike.
+    pub are_apart: bool,
 }
 
 impl Seats {
-    /// Beside so many ranks on this machine.
-    pub fn among(ranks: usize) -> Self {
+    /// By the first core that each rank of this machine may run on.
+    pub fn of(firsts: &[u64]) -> Self {
         let allowed = thread::available_parallelism().map_or(1, usize::from);
-        let online = fs::read_to_string("/sys/devices/system/cpu/online").unwrap_or_default();
-        Self { ranks, allowed, cores: cores_in(&online).max(allowed) }
+        let mut apart = firsts.to_vec();
+        apart.sort_unstable();
+        apart.dedup();
+        Self { ranks: firsts.len(), allowed, are_apart: apart.len() == firsts.len() }
     }
 
     /// Whether ranks are bound to cores of their own, or are more than there are cores.
     fn sleep(self) -> bool {
-        let are_bound = self.allowed < self.cores && self.allowed * self.ranks <= self.cores;
-        are_bound || self.ranks > self.allowed.min(self.cores)
+        self.ranks > 1 && (self.are_apart || self.ranks > self.allowed)
     }
 }
 
-/// Cores of a list such as `0-3,8`.
-fn cores_in(list: &str) -> usize {
-    let count = |part: &str| {
-        let (first, last) = part.split_once('-').unwrap_or((part, part));
-        Some(last.parse::<usize>().ok()?.checked_sub(first.parse().ok()?)? + 1)
-    };
-    list.trim().split(',').filter_map(count).sum()
+/// The first core that this process may run on.
+pub(super) fn first_core() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).map(str::trim);
+    list.and_then(|list| list.split(['-', ',']).next()?.parse().ok()).unwrap_or(0)
 }
 
 impl Patience {
@@ -119,7 +118,7 @@ mod tests {
             let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
             Duration::from_nanos(text.split(' ').next().unwrap().parse().unwrap())
         };
-        let patience = Patience::new(Seats { ranks: 2, allowed: 1, cores: 2 });
+        let patience = Patience::new(Seats { ranks: 2, allowed: 1, are_apart: true });
         let attentive = || patience.attentive.load(Ordering::Relaxed);
         let (begun, before, at_first) = (Instant::now(), cpu(), attentive());
         patience.until(|| begun.elapsed() >= Duration::from_millis(30));
@@ -141,13 +140,12 @@ mod tests {
     }
     #[test]
     fn who_may_change_cores_and_has_one_does_not_sleep() {
-        let sleeps = |ranks, allowed, cores| Seats { ranks, allowed, cores }.sleep();
+        let sleeps = |firsts: &[u64], allowed| Seats { allowed, ..Seats::of(firsts) }.sleep();
         // Bound by mpirun: a core each, four threads each.
-        assert!(sleeps(2, 1, 2) && sleeps(8, 4, 32));
+        assert!(sleeps(&[0, 1], 1) && sleeps(&[0, 4, 8], 4));
         // More ranks than cores.
-        assert!(sleeps(3, 2, 2) && sleeps(33, 32, 32));
-        // A core each that is not told; all of one socket; alone.
-        assert!(!sleeps(2, 2, 2) && !sleeps(32, 32, 32) && !sleeps(24, 32, 64) && !sleeps(1, 2, 2));
-        assert_eq!((cores_in("0-3,8\n"), cores_in("0"), cores_in("")), (5, 1, 0));
+        assert!(sleeps(&[0, 0, 0], 2));
+        // A core each that is not told, of a machine or of a set of cores; of one socket; alone.
+        assert!(!sleeps(&[0, 0], 2) && !sleeps(&[12, 12, 12, 12], 4) && !sleeps(&[0; 24], 32) && !sleeps(&[3], 1));
     }
 }

@@ -20,9 +20,9 @@ use crate::base::error::Error;
 use crate::domain::stop;
 use crate::job::Job;
 use crate::run::Outcome;
-use crate::run::folder::settled;
+use crate::run::folder::{is_held, settled};
 use crate::run::output::is_done;
-use crate::run::results::unwritable;
+use crate::run::results::{replace, unwritable};
 
 mod rows;
 mod work;
@@ -52,7 +52,7 @@ pub(super) struct Sweep {
     /// Threads of each rank.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// Runs at a time. Default: the cores of this machine over the threads of a run.
+    /// Runs at a time. Default: the cores of this machine over the ranks times the threads of a run.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=4096))]
     jobs: Option<u16>,
     /// End by then, runs with a checkpoint and the sweep with code 4, counted from its start: [days-]hours:minutes:seconds.
@@ -63,6 +63,8 @@ pub(super) struct Sweep {
     list: bool,
 }
 
+/// What the job of a row begins with.
+const HEAD: &str = "# Row of a sweep: ";
 /// Refusals that are told at once.
 const TOLD_MOST: usize = 10;
 
@@ -77,9 +79,7 @@ pub(super) fn command(wanted: &Sweep, begun: Instant) -> Result<Outcome, Error> 
     let rows = Rows::of(&wanted.vary, wanted.rows.as_deref())?;
     let (out, jobs) = resolved(wanted, &rows)?;
     let table: Vec<PathBuf> = [Some(out.join(TABLE)), wanted.table.clone()].into_iter().flatten().collect();
-    if let Some(table) = &wanted.table {
-        sweep::refuse_other(table)?;
-    }
+    table.iter().try_for_each(|table| sweep::refuse_other(table))?;
     let lines = rows.all.iter().map(|row| line(&out, row)).collect();
     if wanted.list {
         return Ok(Outcome::Done(listed(&out, &rows, lines)));
@@ -88,7 +88,9 @@ pub(super) fn command(wanted: &Sweep, begun: Instant) -> Result<Outcome, Error> 
     let team = Team {
         ranks: wanted.ranks.into(),
         threads: wanted.threads.into(),
-        runs: wanted.jobs.map_or_else(|| (cores() / usize::from(wanted.ranks * wanted.threads)).max(1), usize::from),
+        runs: wanted
+            .jobs
+            .map_or_else(|| (cores() / (usize::from(wanted.ranks) * usize::from(wanted.threads))).max(1), usize::from),
         deadline: wanted.time_limit.map(|limit| begun + limit),
     };
     let write = |lines: &[Line]| table.iter().try_for_each(|path| sweep::write(path, &rows.keys, lines));
@@ -144,25 +146,37 @@ fn begin(out: &Path, rows: &Rows, jobs: &[String]) -> Result<(), Error> {
     fs::create_dir_all(out).map_err(|error| unwritable(out, &error))?;
     for (row, job) in rows.all.iter().zip(jobs) {
         let path = out.join(format!("{}.toml", row.name));
-        let text = format!("# Row of a sweep: {}\n{job}", rows.sets(row).join(", "));
-        if fs::read_to_string(&path).is_ok_and(|there| there == text) {
-            continue;
+        let text = format!("{HEAD}{}\n{job}", rows.sets(row).join(", "));
+        match fs::read_to_string(&path) {
+            Ok(there) if there == text => continue,
+            Ok(there) if !there.starts_with(HEAD) => {
+                return Err(Error::User(format!(
+                    "{} is there already and is no job of a sweep, so it is not replaced. Give another folder with --out, or move it away.",
+                    path.display()
+                )));
+            }
+            _ => replace(&path, text.as_bytes())?,
         }
-        fs::write(&path, text).map_err(|error| unwritable(&path, &error))?;
     }
     Ok(())
 }
 
 /// What the folder tells of a row.
 fn line(out: &Path, row: &Row) -> Line {
-    let run = out.join(&row.name);
+    let (run, values) = (row.name.clone(), row.values.clone());
+    standing(Line { run, values, state: State::Waiting, cause: String::new(), figures: Vec::new() }, out)
+}
+
+/// The line as its folder has it now.
+fn standing(line: Line, out: &Path) -> Line {
+    let run = out.join(&line.run);
     let state = match (is_done(&run), run.join("scenario.toml").exists()) {
         (true, _) => State::Done,
+        _ if is_held(&run) => State::Running,
         (false, true) => State::Stopped,
         (false, false) => State::Waiting,
     };
-    let line =
-        Line { run: row.name.clone(), values: row.values.clone(), state, cause: String::new(), figures: Vec::new() };
+    let line = Line { state, ..line };
     if state == State::Done { with_figures(line, out) } else { line }
 }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::with_figures;
+use super::{standing, with_figures};
 use crate::analysis::sweep::{Line, State};
 use crate::base::error::Error;
 use crate::cli::launch::Launcher;
@@ -107,11 +107,21 @@ impl<'a> Work<'a> {
             }
             if self.going.is_empty() && (stops || self.open.is_empty()) {
                 if stops || self.others.is_empty() {
-                    return written;
+                    self.read_again();
+                    return written.and(write(&self.lines));
                 }
                 self.look_at_others();
             }
             std::thread::sleep(LOOK_EVERY);
+        }
+    }
+
+    /// What other sweeps have done meanwhile.
+    fn read_again(&mut self) {
+        for row in 0..self.lines.len() {
+            if matches!(self.lines[row].state, State::Waiting | State::Running) {
+                self.lines[row] = standing(self.lines[row].clone(), self.out);
+            }
         }
     }
 
@@ -165,7 +175,7 @@ impl<'a> Work<'a> {
         let said = file.metadata().map_or(0, |about| about.len());
         let err = file.try_clone().map_err(|error| unwritable(&log, &error))?;
         let mut command = match &self.launcher {
-            Some(launcher) => launcher.command(self.team.ranks, self.team.threads, &self.program),
+            Some(launcher) => launcher.command_among_others(self.team.ranks, &self.program),
             None => Command::new(&self.program),
         };
         command.arg("run").arg(job).arg("--out").arg(run).arg("--continue");
@@ -201,6 +211,8 @@ impl<'a> Work<'a> {
         let (state, cause) = match code {
             Some(0) => (State::Done, String::new()),
             Some(CODE_STOPPED) => (State::Stopped, String::new()),
+            // It was told to stop and was ended before it could, by mpirun or the batch system: the same line goes on with it.
+            _ if going.told => (State::Stopped, String::new()),
             Some(CODE_REFUSED) if is_held(&run) => {
                 self.lines[going.row].state = State::Running;
                 self.others.push_back(going.row);
