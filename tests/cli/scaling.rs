@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::mpirun::{SCREE, turn, words};
 
 /// A periodic block of points under shear; a checkpoint in the middle.
-const JOB: &str = r#"name = "small"
+pub const JOB: &str = r#"name = "small"
 [grid]
 space = "plane"
 upper = ["0.32 m", "0.32 m"]

@@ -6,6 +6,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::mpirun::{SCREE, finished, launching, signal, turn, words};
+use crate::scaling;
 
 /// Biaxial compression of few discs, a fifth of a second.
 const GRAINS: &str = r#"name = "few"
@@ -36,28 +37,15 @@ end = "20 ms"
 series_interval = "0.2 ms"
 "#;
 
-/// A periodic block of points under shear.
-const POINTS: &str = r#"name = "block"
-[grid]
-space = "plane"
-upper = ["0.32 m", "0.32 m"]
-cell = "2 cm"
-periodic = [true, true]
-[material]
-law = "linear_elastic"
-density = 2000
-young_modulus = "20 MPa"
-poisson_ratio = 0.3
-[[region]]
-shape = "box"
-lower = [0, 0]
-upper = ["0.32 m", "0.32 m"]
-wave = [{direction = [0, 1], length = "0.32 m", amplitude = [1, 0]}]
-[time]
-end = "0.2 s"
-[output]
-checkpoint_interval = "20 ms"
-"#;
+/// The block of points of `scaling`, coarser and longer.
+fn points() -> String {
+    let mut job = scaling::JOB.to_owned();
+    for (from, to) in [("\"1 cm\"", "\"2 cm\""), ("\"20 ms\"", "\"0.2 s\""), ("\"5 ms\"", "\"20 ms\"")] {
+        assert_eq!(job.matches(from).count(), 1, "{from}");
+        job = job.replace(from, to);
+    }
+    job
+}
 
 fn folder(job: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -153,7 +141,7 @@ fn rows_are_the_runs_that_single_lines_make() {
 /// All rows are read before one is begun; another job in the folder is left alone; a file that is no table as well.
 #[test]
 fn what_cannot_be_run_is_refused_before_any_row_begins() {
-    let folder = folder(POINTS);
+    let folder = folder(&points());
     let at = folder.path();
     let refused = |arguments: &[&str], wanted: &[&str]| {
         let ended = sweep(at, arguments);
@@ -185,11 +173,11 @@ fn what_cannot_be_run_is_refused_before_any_row_begins() {
 /// A run that fails is marked with its cause, and ends no other; once that is mended, the same line does it alone.
 #[test]
 fn a_row_that_fails_is_told_with_its_cause_and_the_others_go_on() {
-    let folder = folder(POINTS);
+    let folder = folder(&points());
     let at = folder.path();
     let varied = ["--vary", "material.density=2000,2500,3000", "--set", "time.end=0.02"];
     std::fs::create_dir_all(at.join("s")).unwrap();
-    // Where its checkpoints are to be there is a file.
+    // A folder that holds an empty job is of another run.
     std::fs::create_dir(at.join("s/density-2500")).unwrap();
     std::fs::write(at.join("s/density-2500/run.lock"), "").unwrap();
     std::fs::write(at.join("s/density-2500/scenario.toml"), "").unwrap();
@@ -197,7 +185,7 @@ fn a_row_that_fails_is_told_with_its_cause_and_the_others_go_on() {
     assert_eq!(ended.status.code(), Some(2), "an empty scenario is another job: {}", words(&ended));
     std::fs::remove_dir_all(at.join("s/density-2500")).unwrap();
     std::fs::write(at.join("s/density-2500.log"), "of before\n").unwrap();
-    std::fs::write(at.join("points.toml"), POINTS).unwrap();
+    std::fs::write(at.join("points.toml"), points()).unwrap();
     std::fs::write(at.join("job.toml"), GRAINS).unwrap();
     let ended = sweep(at, &["--vary", "time.step=0.5 us,20 us", "--set", "time.allow_unstable=true"]);
     let told = words(&ended);
@@ -239,7 +227,7 @@ fn some_done(at: &Path, least: usize) -> usize {
 #[test]
 fn a_sweep_of_twenty_is_killed_and_goes_on() {
     let _turn = turn();
-    let folder = folder(POINTS);
+    let folder = folder(&points());
     let at = folder.path();
     let killed = twenty(at);
     let before = some_done(at, 2);
@@ -277,7 +265,7 @@ fn a_sweep_of_twenty_is_killed_and_goes_on() {
 #[test]
 fn runs_of_several_ranks_are_stopped_and_go_on() {
     let _turn = turn();
-    let folder = folder(POINTS);
+    let folder = folder(&points());
     let at = folder.path();
     let line = [
         "sweep",
@@ -292,8 +280,6 @@ fn runs_of_several_ranks_are_stopped_and_go_on() {
         "1",
         "--set",
         "time.step=20 us",
-        "--set",
-        "decomposition.cells_per_block=8",
     ];
     let sweep = command(at, &line).spawn().unwrap();
     some_done(at, 1);

@@ -119,7 +119,7 @@ impl Mpi {
         let mut theirs = vec![0; values.len()];
         // Ranks beyond the largest power of two hand their values in, and are told what came out.
         let paired = 1 << self.size.ilog2();
-        let add = |values: &mut [i64], theirs: &[i64]| {
+        let merge = |values: &mut [i64], theirs: &[i64]| {
             values.iter_mut().zip(theirs).for_each(|(mine, theirs)| *mine = join(*mine, *theirs));
         };
         if self.rank >= paired {
@@ -130,12 +130,12 @@ impl Mpi {
         let outsider = Some(self.rank + paired).filter(|outsider| *outsider < self.size);
         if let Some(outsider) = outsider {
             self.swap(None, Some((outsider, &mut theirs)));
-            add(values, &theirs);
+            merge(values, &theirs);
         }
         for distance in (0..paired.ilog2()).map(|power| 1 << power) {
             let partner = self.rank ^ distance;
             self.swap(Some((partner, values)), Some((partner, &mut theirs)));
-            add(values, &theirs);
+            merge(values, &theirs);
         }
         if let Some(outsider) = outsider {
             self.swap(Some((outsider, values)), None);
@@ -395,7 +395,7 @@ impl<'a> InFlight<'a> {
         // Too long a message is an error to MPI, too short a one is not.
         for (status, (sender, length)) in statuses.iter().zip(&self.expected) {
             let mut arrived = 0;
-            // SAFETY: a status that `MPI_Waitall` filled in.
+            // SAFETY: a status that `MPI_Testall` filled in.
             unsafe {
                 ffi::MPI_Get_count(status, ffi::RSMPI_UINT8_T, &mut arrived);
             }

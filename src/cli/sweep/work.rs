@@ -97,13 +97,11 @@ impl<'a> Work<'a> {
         loop {
             let stops = self.is_to_stop() || written.is_err();
             self.pass_on(stops);
-            let mut changed = false;
-            while !stops && self.going.len() < self.team.runs && self.begin_next()? {
-                changed = true;
-            }
-            if self.reap()? || changed {
-                // Whoever cannot write the table any more lets its runs stop first.
-                written = written.and(write(&self.lines));
+            // Whoever cannot begin a run or write the table any more lets its runs stop first.
+            match self.turn(stops) {
+                Ok(true) => written = written.and(write(&self.lines)),
+                Ok(false) => {}
+                Err(error) => written = written.and(Err(error)),
             }
             if self.going.is_empty() && (stops || self.open.is_empty()) {
                 if stops || self.others.is_empty() {
@@ -114,6 +112,15 @@ impl<'a> Work<'a> {
             }
             std::thread::sleep(LOOK_EVERY);
         }
+    }
+
+    /// Begins runs where there is room, and takes note of those that have ended; whether any line has changed.
+    fn turn(&mut self, stops: bool) -> Result<bool, Error> {
+        let mut changed = self.reap()?;
+        while !stops && self.going.len() < self.team.runs && self.begin_next()? {
+            changed = true;
+        }
+        Ok(changed)
     }
 
     /// What other sweeps have done meanwhile.
