@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::SVector;
 
-use crate::base::keys::{Form, LENGTH, POSITIVE, RATIO, Range, flag, number};
+use crate::base::keys::{Form, LENGTH, POSITIVE, RATIO, Range, choose, flag, number, text};
 
 /// Grains for points (Chen et al. 2021, section 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,8 @@ pub struct Enrichment {
 impl Enrichment {
     /// As Chen et al. (2021) have it, around a zone of that phi_0, m.
     pub const fn around(distance: f64) -> Self {
-        let life = ZoneLife { grows: false, dissolves: false, rest_strain: 0.05, rest_share: 0.02 };
+        let life =
+            ZoneLife { is_everywhere: false, grows: false, dissolves: false, rest_strain: 0.05, rest_share: 0.02 };
         Self { distance, weight: 0.5, training: 1.0, training_speed: 10.0, training_rest: 0.5, life }
     }
 
@@ -51,6 +52,9 @@ impl Enrichment {
 impl ZoneLife {
     /// The keys of `[zone]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
+        let begins = "where grains are first: about the band that the oracle finds, or everywhere from the start";
+        let key = text("begins", begins, "\"band\"").or("band");
+        choose(form, &mut self.is_everywhere, "begins", key, &[("band", false), ("everywhere", true)]);
         let grows = "whether it follows the band where the oracle finds it beyond";
         form.flag(&mut self.grows, flag("grows", grows, "false").or("false"));
         form.flag(
@@ -67,6 +71,8 @@ impl ZoneLife {
 /// What becomes of a zone once it is there; those of Chen et al. (2021), which leave it as it is, are the defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZoneLife {
+    /// Whether all of the specimen is grains at the start, and not where the oracle finds a band.
+    pub is_everywhere: bool,
     /// Whether it grows where the oracle finds a band beyond it.
     pub grows: bool,
     /// Whether its grains turn back into points where they have come to rest.

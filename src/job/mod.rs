@@ -7,6 +7,7 @@
 pub(crate) mod document;
 
 use crate::base::keys::{Form, choose, text};
+use crate::couple::zone::ZoneLife;
 
 pub mod assembly;
 pub mod derived;
@@ -84,6 +85,11 @@ impl Method {
 
     pub fn has_points(self) -> bool {
         !matches!(self, Self::Dem)
+    }
+
+    /// Whether all of the material is grains at the start of a run whose zone has that life.
+    pub fn begins_as_grains(self, life: &ZoneLife) -> bool {
+        self == Self::Dem || self == Self::Hybrid && life.is_everywhere
     }
 
     /// Whether the material is a grain assembly at every point.

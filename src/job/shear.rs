@@ -75,6 +75,11 @@ impl Scenario {
         self.method.has_grains() || self.material.law.fraction().is_none()
     }
 
+    /// Whether all of the specimen is grains at the start.
+    pub fn begins_as_grains(&self) -> bool {
+        self.method.begins_as_grains(&self.enrichment.life)
+    }
+
     /// The job in SI numbers with nothing left to a default. It parses back to an equal scenario.
     pub fn to_toml(&self) -> String {
         let (mut job, mut page) = (self.clone(), Page::new(2));

@@ -38,6 +38,15 @@ impl Job {
         }
     }
 
+    /// Whether all of the material is grains at the start of the run.
+    pub fn begins_as_grains(&self) -> bool {
+        match self {
+            Self::Shear(scenario) => scenario.begins_as_grains(),
+            Self::Assembly(_) => true,
+            Self::Mpm(job) => job.grains.as_ref().is_some_and(|granular| granular.begins_as_grains()),
+        }
+    }
+
     /// Grains with their contacts and where they come from: those of the cell, of the specimen between plates, or of the piece of
     /// packing that a continuum stands for.
     pub fn grains(&self) -> Option<Cow<'_, Assembly>> {

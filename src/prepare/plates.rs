@@ -78,13 +78,22 @@ fn as_high_as(scenario: &Scenario, height: f64) -> Scenario {
 /// The world at time zero.
 pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start) -> Result<PlanarWorld<'t>, Error> {
     let height = start.height;
-    let points = if scenario.method.has_points() { points(scenario, transport, &start)? } else { Vec::new() };
-    let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
+    let begins_as_grains = scenario.begins_as_grains();
+    let points = if begins_as_grains { Vec::new() } else { points(scenario, transport, &start)? };
+    let grains = if begins_as_grains { start.packing.grains } else { Vec::new() };
     let settings = settings_of_run(scenario);
     let layout = layout_for(scenario, height)?;
     let (cell, bodies) = (cell_of(&layout), bodies(scenario, height));
     let parts = Parts::fresh(grains, points, bodies, cell);
-    PlanarWorld::new(settings, layout, transport, 0, parts)
+    let mut world = PlanarWorld::new(settings, layout, transport, 0, parts)?;
+    keep_step(scenario, &mut world);
+    Ok(world)
+}
+
+/// Steps of grains belong together where they are in one of the continuum. Without points grains take them one by one, so that a zone that begins everywhere is grains
+/// alone to the bit until some of them rest.
+pub fn keep_step(scenario: &Scenario, world: &mut PlanarWorld) {
+    world.settings.grain_steps = if world.points_total == 0 { 1 } else { derived::grain_steps(scenario) };
 }
 
 /// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each

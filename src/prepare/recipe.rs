@@ -150,7 +150,7 @@ const NO_ZONE: Enrichment = Enrichment {
     training: 0.0,
     training_speed: 0.0,
     training_rest: 0.0,
-    life: ZoneLife { grows: false, dissolves: false, rest_strain: 0.0, rest_share: 0.0 },
+    life: ZoneLife { is_everywhere: false, grows: false, dissolves: false, rest_strain: 0.0, rest_share: 0.0 },
 };
 
 #[cfg(test)]

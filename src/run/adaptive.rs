@@ -1,6 +1,7 @@
 //! A run that watches for a shear band and puts grains in its place (Chen et al. 2021, sections 3 and 4): tracks of the points, looks of
 //! the oracle, and once a band persists or one that is known is due, the enrichment with its account. A zone that lives (beyond that
-//! paper) goes on from there: it grows where the oracle finds a band beyond it, and its grains turn back into points where they rest.
+//! paper) goes on from there: it grows where the oracle finds a band beyond it, and its grains turn back into points where they rest. Or
+//! it begins everywhere, so that where a band forms is up to the grains, and points take the places of those that rest beside it.
 
 use serde_json::{Value, json};
 
@@ -44,7 +45,7 @@ type PlanarCore<'t> = Core<'t, Plane>;
 impl Adaptive<'_> {
     /// What is due after a step. `strain` is told with it. Collective.
     pub fn adapt(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
-        if core.progress.enriched_step > 0 {
+        if core.progress.enriched_step > 0 || self.enrichment.life.is_everywhere {
             return self.live(core, strain);
         }
         enrichment::track(&mut core.world, &mut core.progress.instants);
@@ -142,7 +143,8 @@ impl Adaptive<'_> {
     fn dissolve(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<bool, Error> {
         let timer = core.world.phases.start();
         let time = every as f64 * core.world.settings.grains.dt;
-        enrichment::look_for_rest(&mut core.world, &mut core.progress.rest, (self.depth, time))?;
+        let of = (self.depth, core.progress.fraction_start, time);
+        enrichment::look_for_rest(&mut core.world, &mut core.progress.rest, of)?;
         core.world.phases.stop(Phase::Oracle, timer);
         let life = self.enrichment.life;
         if core.progress.rest.most() < life.rest_strain {

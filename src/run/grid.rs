@@ -244,20 +244,19 @@ impl<'s, S: Space> Grains<'s, S> {
     fn at_start(&self, made: Specimen<S>, transport: &dyn Transport) -> Result<Parts<S>, Error> {
         let Specimen { grains, bodies, vertices, fraction, .. } = made;
         let (job, granular) = (self.job, self.granular);
-        let (grains, points, bodies, vertices) = match granular.method {
-            Method::Dem => (grains, Vec::new(), bodies, vertices),
-            Method::Hybrid | Method::Mpm | Method::MpmDem | Method::Fem | Method::FemDem => {
-                let mut job = job.clone();
-                job.material.density = granular.piece.matter.density * fraction;
-                if job.is_told_by_packing() {
-                    job.material.law = job.material.law.with_fraction(fraction);
-                }
-                let mut points = point_world::points(&job, &self.law, transport);
-                if granular.is_heterogeneous {
-                    point_world::vary_as_grains_do(&mut points, (&job, &self.law), &grains, transport)?;
-                }
-                (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
+        let (grains, points, bodies, vertices) = if granular.begins_as_grains() {
+            (grains, Vec::new(), bodies, vertices)
+        } else {
+            let mut job = job.clone();
+            job.material.density = granular.piece.matter.density * fraction;
+            if job.is_told_by_packing() {
+                job.material.law = job.material.law.with_fraction(fraction);
             }
+            let mut points = point_world::points(&job, &self.law, transport);
+            if granular.is_heterogeneous {
+                point_world::vary_as_grains_do(&mut points, (&job, &self.law), &grains, transport)?;
+            }
+            (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
         };
         let cell = point_world::cell::<S>(job, &point_world::layout::<S>(job)?);
         let mut parts = Parts::fresh(grains, points, bodies, cell);
@@ -321,6 +320,7 @@ impl<S: Space> Setup for Grains<'_, S> {
         }
         let progress = Progress {
             fraction_start: made.fraction,
+            enriched_step: u64::from(granular.method == Method::Hybrid && granular.begins_as_grains()),
             instants: Instants { times: Vec::new(), every: (steps(job.end, job.step) / TRACKS).max(1) },
             ..Progress::default()
         };

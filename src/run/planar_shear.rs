@@ -84,6 +84,7 @@ impl Setup for Scenario {
         let progress = Progress {
             height_start: start.height,
             fraction_start: start.fraction,
+            enriched_step: u64::from(self.method == Method::Hybrid && self.begins_as_grains()),
             instants: Instants { times: Vec::new(), every: (derived::steps(self) / TRACKS).max(1) },
             ..Progress::default()
         };
@@ -102,7 +103,9 @@ impl Setup for Scenario {
         transport: &'t dyn Transport,
     ) -> Result<PlanarWorld<'t>, Error> {
         let layout = layout_for(self, progress.height_start)?;
-        PlanarWorld::new(settings_of_run(self), layout, transport, progress.step, parts)
+        let mut world = PlanarWorld::new(settings_of_run(self), layout, transport, progress.step, parts)?;
+        plates::keep_step(self, &mut world);
+        Ok(world)
     }
 }
 
@@ -140,5 +143,7 @@ fn watch(scenario: &Scenario, core: &mut PlanarCore) -> Result<(), Error> {
     let lies = if packing.height.is_some() { Lies::Around } else { Lies::Whole };
     let how = Adaptive { finder, enrichment, lies, depth: specimen.depth };
     let strain = strain(scenario, &core.world);
-    how.adapt(core, Some(strain))
+    how.adapt(core, Some(strain))?;
+    plates::keep_step(scenario, &mut core.world);
+    Ok(())
 }

@@ -10,8 +10,8 @@ use crate::base::error::Error;
 use crate::base::program;
 use crate::base::space::{Plane, Solid};
 use crate::domain::{stop, transfer};
-use crate::job::Job;
 use crate::job::mpm::MeshFile;
+use crate::job::{Job, Method};
 use crate::mpm::stress::MemoryColumns;
 use crate::prepare::sheared::on_root;
 use crate::run::assembly::InSpace;
@@ -264,9 +264,11 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
     let step = progress.step;
     let job = job.to_toml();
     // What the run began with as this program writes it, which may have keys that an older one had not.
-    let began = Job::parse(text, &file.display().to_string(), &[])?.to_toml();
-    let changes = changes::between(&began, &job);
-    if let Some(kept) = changes.iter().find(|change| change.is_kept()) {
+    let began = Job::parse(text, &file.display().to_string(), &[])?;
+    let changes = changes::between(&began.to_toml(), &job);
+    // Where all is grains, a zone that begins everywhere is there.
+    let is_grains = began.method() == Method::Dem;
+    if let Some(kept) = changes.iter().find(|change| change.is_kept() && !(is_grains && change.is_of_start())) {
         return Err(Error::User(format!(
             "{shown}: {} is not possible: {}, also in a branch. Start a new run by `scree run`.",
             kept.words(),

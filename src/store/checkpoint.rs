@@ -48,7 +48,7 @@ pub struct Progress {
     pub series_step: u64,
     /// Stands for the rows of the series; known on rank 0.
     pub series_digest: u64,
-    /// Step after which grains replaced points, or in a continuum that is only watched would have; zero before.
+    /// Step after which grains replaced points, or in a continuum that is only watched would have, 1 where there are grains from the start; zero before.
     pub enriched_step: u64,
     pub oracle: Memory,
     pub instants: Instants,

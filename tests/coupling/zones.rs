@@ -1,11 +1,12 @@
 //! Zones that live: they grow where the band goes, and give back the grains that rest.
 
-use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, grain_stress};
+use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, grain_stress, look_for_rest};
 use scree::base::space::{Plane, Space};
+use scree::couple::rest::RestWatch;
 use scree::couple::zone::Enrichment;
 use scree::dem::grains::Mover;
 use scree::domain::accounts::energy::Energies;
-use scree::job::Scenario;
+use scree::job::{Job, Scenario};
 use scree::mpm::points::Hot;
 use scree::mpm::track::Instants;
 use scree::prepare::reference::Lies;
@@ -14,7 +15,7 @@ use scree_partition::Solo;
 use crate::coupled::triaxial;
 use crate::enrichment::{enrich, sums, up_to_the_band};
 use crate::runs::{Ran, parse, replaced, same};
-use crate::worlds::{PlanarPoint, PlanarWorld, packed_job};
+use crate::worlds::{PlanarPoint, PlanarWorld, contact, grain, open_world, packed_job, settings};
 
 /// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well. Its oracle finds the
 /// band where volume strain is not averaged, within a few milliseconds.
@@ -63,6 +64,60 @@ fn a_zone_that_lives_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     );
 }
 
+/// Grains everywhere, those at rest of which turn into points once a band has formed.
+fn everywhere(sets: &[&str]) -> Scenario {
+    let here = [
+        "zone.begins=everywhere",
+        "zone.dissolves=true",
+        "zone.rest_share=0.3",
+        "enrichment.distance=4 mm",
+        "loading.strain_end=0.2",
+        "time.grain_steps=4",
+    ];
+    packed_job(&[&here, sets].concat())
+}
+
+#[test]
+fn a_zone_that_begins_everywhere_is_grains_alone_until_some_rest() {
+    let ran = Ran::of_job(&Job::Shear(everywhere(&[])));
+    let alone = Ran::of_job(&Job::Shear(everywhere(&["method=dem"])));
+    let (points, grains) = (ran.series("points"), ran.series("grains"));
+    let rested = points.iter().position(|points| *points > 0.0).expect("some grains rest");
+    assert!(rested > 10 && points[..rested].iter().all(|points| *points == 0.0));
+    for name in ["shear_stress", "normal_stress", "volume_strain", "kinetic_grains", "elastic_grains"] {
+        assert_eq!(ran.series(name)[..rested], alone.series(name)[..rested], "{name} is not that of grains alone");
+    }
+    assert!(grains.last().unwrap() < &(0.9 * grains[0]), "grains {grains:?}");
+    let kept = &ran.summary["conservation"];
+    assert!(kept["mass"]["error"].as_f64().unwrap().abs() < 1e-13, "{kept}");
+    assert!(kept["momentum"]["error"].as_f64().unwrap().abs() < 1e-12, "{kept}");
+    // What rests is beside the band.
+    let inside = &ran.series("shear_in_zones")[rested..];
+    let mean = inside.iter().sum::<f64>() / inside.len() as f64;
+    assert!(mean > 0.7, "{mean} of the shear is inside the zone");
+}
+
+#[test]
+fn a_zone_that_begins_everywhere_has_the_same_bits_on_any_ranks_and_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, series) = same(&Job::Shear(everywhere(&[])), folder.path(), "a zone that begins everywhere");
+    assert!(series.lines().last().unwrap().split(',').count() > 5);
+}
+
+#[test]
+fn a_specimen_in_membranes_that_begins_as_grains_gives_back_those_that_rest() {
+    let text = replaced(restless(6e-3), &[("grows = true", "begins = \"everywhere\"")]);
+    let folder = tempfile::tempdir().unwrap();
+    same(&parse(&text), folder.path(), "a specimen that begins as grains");
+    let ran = Ran::of(&text);
+    let (grains, points) = (ran.series("grains"), ran.series("points"));
+    assert_eq!(points[0], 0.0);
+    assert!(points.last().unwrap() > &0.0 && grains.last() < grains.first(), "grains {grains:?}, points {points:?}");
+    let kept = &ran.summary["conservation"];
+    assert!(kept["mass"]["error"].as_f64().unwrap().abs() < 1e-13, "{kept}");
+    assert!(kept["momentum"]["error"].as_f64().unwrap().abs() < 1e-12, "{kept}");
+}
+
 /// A specimen that has grains in its band.
 fn enriched<'t>(scenario: &Scenario, folder: &std::path::Path) -> (PlanarWorld<'t>, Instants, Vec<u64>, Enriched) {
     let file = folder.join("packing.h5");
@@ -70,6 +125,27 @@ fn enriched<'t>(scenario: &Scenario, folder: &std::path::Path) -> (PlanarWorld<'
     let how = (&scenario.enrichment, scenario.specimen.depth);
     let enriched = enrich(&mut world, how, &flagged, &instants, (&file, Lies::Whole));
     (world, instants, flagged, enriched)
+}
+
+/// A few grains that had strayed into the continuum and moved as they liked were the busiest cell, beside which all of the band was at rest: the zone dissolved.
+#[test]
+fn grains_that_stray_do_not_make_all_others_rest() {
+    let (cell, edge, radius) = (3e-3, 0.5e-3, 0.25e-3);
+    // Two cells full of grains that shear by 1 /s, and three of another cell that fly apart.
+    let places = (0..72).map(|number| [f64::from(number % 12), f64::from(number / 12)].map(|at| (at + 0.5) * edge));
+    let strays = [[9.2e-3, 9.2e-3], [10.0e-3, 9.3e-3], [9.5e-3, 11.0e-3]];
+    let mut grains: Vec<_> =
+        (0..).zip(places.chain(strays)).map(|(id, place)| grain(id, place, radius, 1e-6)).collect();
+    for (number, grain) in grains.iter_mut().enumerate() {
+        let rate = if number < 72 { 1.0 } else { 100.0 };
+        grain.hot.velocity[0] = rate * grain.hot.position[1];
+    }
+    let mut world = open_world(&Solo, cell, settings(1e-7, contact(0.0)), grains, Vec::new());
+    let (depth, fraction) = (0.01, 0.785);
+    let mut watch = RestWatch::default();
+    look_for_rest(&mut world, &mut watch, (depth, fraction, 1.0)).unwrap();
+    assert!((watch.most() - 1.0).abs() < 1e-9, "{watch:?}");
+    assert_eq!(watch.busy(0.2).count(), 2, "{watch:?}");
 }
 
 /// A number of a point.

@@ -299,6 +299,20 @@ fn a_zone_that_leaves_no_continuum() {
     );
 }
 
+#[test]
+fn a_zone_that_begins_everywhere_and_stays() {
+    GOOD.refused_set(
+        "zone.begins=everywhere",
+        "--set: zone.begins = \"everywhere\" leaves grains for good where they are, which is method = \"dem\". Write zone.dissolves = true, begins = \"band\", or that method.",
+    );
+    let text = GOOD.0.replace("[packing]", "[packing]\nheight = \"60 mm\"");
+    refused_text(
+        &text,
+        &["zone.begins=everywhere", "zone.dissolves=true"],
+        "--set: zone.begins = \"everywhere\" begins with all of the specimen as grains, and the packing is lower. Remove packing.height, or write begins = \"band\".",
+    );
+}
+
 /// Table 1 of the paper as printed: its damping with its step loses friction (see `job/stable.rs`).
 #[test]
 fn the_papers_time_step_with_its_damping() {

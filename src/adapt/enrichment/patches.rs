@@ -14,15 +14,25 @@ use crate::prepare::sheared::PlanarWorld;
 
 type Tensor = <Plane as Space>::Tensor;
 
-/// Takes in how the grains have moved for `time`, s, until now. Collective.
-pub fn look_for_rest(world: &mut PlanarWorld, watch: &mut RestWatch, (depth, time): (f64, f64)) -> Result<(), Error> {
+/// Of what they would grains must fill this share of a cell to tell how it shears. A few that have strayed from the rim of a zone into the continuum move as they like:
+/// by them all others would seem to rest.
+const FILLED_TELLING: f64 = 0.5;
+
+/// Takes in how the grains have moved for `time`, s, until now; `fraction` is their solid volume fraction at the start. Collective.
+pub fn look_for_rest(
+    world: &mut PlanarWorld,
+    watch: &mut RestWatch,
+    (depth, fraction, time): (f64, f64, f64),
+) -> Result<(), Error> {
     let (grid, patches) = (cell_grid(world), patches(world, depth, false)?);
+    let least = FILLED_TELLING * fraction * grid.cell * grid.cell * depth;
     let rate = |cell: &u64| {
         let rate = around(&grid, &patches, *cell).velocity(grid.cell).gradient;
         let strain = [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])];
         CellStrain { cell: *cell, strain, looks: 0 }
     };
-    let rates: Vec<CellStrain> = patches.keys().map(rate).collect();
+    let telling = patches.iter().filter(|(_, patch)| patch.solid >= least);
+    let rates: Vec<CellStrain> = telling.map(|(cell, _)| rate(cell)).collect();
     watch.take(&rates, time);
     Ok(())
 }

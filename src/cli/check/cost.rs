@@ -15,11 +15,15 @@ pub fn section(page: &mut Page, slots: &Slots) {
     page.row("steps", &whole(job.steps() as f64), "");
     let Some(forecast) = &slots.forecast else { return };
     let is_hybrid = job.method() == Method::Hybrid;
+    let begins_as_grains = is_hybrid && job.begins_as_grains();
     if is_hybrid {
         let rows = format!("{} points, {} grains", whole(forecast.points), whole(forecast.grains));
         let note = format!("about, in zones of {} % of the material", figures(100.0 * forecast.zone));
-        page.row("after enrichment", &rows, &note);
-        page.row("speed-up over grains alone", &figures(forecast.speed_up), "about, of the steps after enrichment");
+        let since = if begins_as_grains { "once grains beside a band rest" } else { "after enrichment" };
+        page.row(since, &rows, &note);
+        let note =
+            format!("about, of the steps {}", if begins_as_grains { "from then on" } else { "after enrichment" });
+        page.row("speed-up over grains alone", &figures(forecast.speed_up), &note);
     }
     page.row("memory", &format!("{} MB", figures(1e-6 * forecast.memory)), "of all ranks together, about");
     for (label, seconds) in [("making the packing", forecast.piece), ("equilibrating the specimen", forecast.specimen)]
@@ -36,7 +40,11 @@ pub fn section(page: &mut Page, slots: &Slots) {
         .collect();
     let is_made = slots.grains.as_ref().is_some_and(|grains| matches!(grains.source, Source::Packed(_)));
     let packing = if forecast.piece == 0.0 && is_made { ", without the packing" } else { "" };
-    let enriched = if is_hybrid { ", with grains from the start" } else { "" };
+    let enriched = match (is_hybrid, begins_as_grains) {
+        (true, false) => ", with its zone of grains from the start",
+        (true, true) => ", as if grains beside a band rested from the start",
+        _ => "",
+    };
     let time = forecast.steps + forecast.outputs;
     let least = if job.method().has_rves() { ", and more as RVEs strain faster" } else { "" };
     let note = format!("about{packing}{enriched}{least}, at {} and step", costs.join(" and "));

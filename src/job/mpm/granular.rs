@@ -30,6 +30,11 @@ impl Granular {
     pub fn penalty(&self, dt: f64) -> Penalty {
         self.coupling.in_steps(figures::springs_mean(&self.piece).normal, dt)
     }
+
+    /// Whether all of the specimen is grains at the start.
+    pub fn begins_as_grains(&self) -> bool {
+        self.method.begins_as_grains(&self.enrichment.life)
+    }
 }
 
 /// Where the grains of a hybrid come from.

@@ -191,6 +191,19 @@ fn check_loads(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) {
     }
 }
 
+/// Grains that are everywhere from the start are those of the specimen, and nothing acts at points alone.
+fn check_everywhere(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) {
+    if !grains.enrichment.life.is_everywhere {
+        return;
+    }
+    if grains.reference == Origin::Piece {
+        typed.note_together(typed.refusal("enrichment", "reference", "makes no specimen, and zone.begins = \"everywhere\" begins with all of its grains. Write \"specimen\", or zone.begins = \"band\"."));
+    }
+    if let (Some(_), Some(table)) = (job.loads.first(), top.list("load").first()) {
+        typed.note_together(table.refusal_of_table("is borne by points, and zone.begins = \"everywhere\" has none at the start. Press by a [[body]] with a servo or by a [[membrane]], or write zone.begins = \"band\"."));
+    }
+}
+
 /// Heterogeneity is that of grains which lie in the whole specimen.
 fn check_heterogeneity(job: &Mpm, grains: &Granular, typed: &Typed) {
     if !grains.is_heterogeneous || grains.method == Method::Dem {
@@ -472,6 +485,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
                 typed.note_together(typed.refusal("zone", key, "lets a zone live by what the oracle sees, and bands that are known have none. Write false, or put [oracle] in the place of [[band]] and enrichment.at."));
             }
         }
+        check_everywhere(job, grains, typed, top);
         if distance < CELLS_OF_ZONE * job.grid.cell {
             let least = CELLS_OF_ZONE * job.grid.cell;
             typed.note_together(typed.refusal(

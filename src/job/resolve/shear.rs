@@ -258,18 +258,26 @@ fn check_together(scenario: &Scenario, typed: &Typed) {
 /// Why an account of energy cannot be kept of a zone that lives.
 pub(super) const LEDGER_OF_LIVING_ZONE: &str = "begins anew whenever a zone changes, and this one lives. Remove it, or write zone.grows = false and zone.dissolves = false.";
 
-/// Grains that stand in a zone have gone all of the continuum's way, and those that come to them must as well.
+/// Grains that stand in a zone have gone all of the continuum's way, and those that come to them must as well. Grains that are everywhere and stay are
+/// another method.
 pub(super) fn check_life(enrichment: &Enrichment, typed: &Typed) -> Result<(), Error> {
-    match enrichment.life.grows && enrichment.training < 1.0 {
-        true => Err(typed.refusal("enrichment", "training", "takes grains along a part of the way that those of a zone which grows have gone. Write 1.0, or zone.grows = false.")),
-        false => Ok(()),
+    let life = enrichment.life;
+    if life.grows && enrichment.training < 1.0 {
+        return Err(typed.refusal("enrichment", "training", "takes grains along a part of the way that those of a zone which grows have gone. Write 1.0, or zone.grows = false."));
     }
+    if life.is_everywhere && !life.dissolves {
+        return Err(typed.refusal("zone", "begins", "leaves grains for good where they are, which is method = \"dem\". Write zone.dissolves = true, begins = \"band\", or that method."));
+    }
+    Ok(())
 }
 
 fn check_life_in_shear(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let life = scenario.enrichment.life;
     if life.grows && scenario.packing.height.is_some() {
         return Err(typed.refusal("zone", "grows", "would lay the packing, which lies about the first band, about another one. Write false, or remove packing.height."));
+    }
+    if life.is_everywhere && scenario.packing.height.is_some() {
+        return Err(typed.refusal("zone", "begins", "begins with all of the specimen as grains, and the packing is lower. Remove packing.height, or write begins = \"band\"."));
     }
     if scenario.ledger && (life.grows || life.dissolves) {
         return Err(typed.refusal("output", "energy_balance", LEDGER_OF_LIVING_ZONE));
