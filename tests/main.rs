@@ -228,6 +228,9 @@ mod first_hour;
 /// Jobs of any bytes, and good jobs with one thing changed, are read or refused: no panic, no hang, no memory without bound.
 #[path = "input/hostile_jobs.rs"]
 mod hostile_jobs;
+/// The commands of the how-tos run as printed.
+#[path = "input/howtos.rs"]
+mod howtos;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 #[path = "input/jobs.rs"]
 mod jobs;
@@ -237,6 +240,9 @@ mod newcomer;
 /// Every link of every page leads somewhere, the contents of the handbook name all of its pages, and the theory names files that exist.
 #[path = "input/pages.rs"]
 mod pages;
+/// A newcomer's shell, into which the handbook is typed.
+#[path = "input/shell.rs"]
+mod shell;
 
 // Whatever may go wrong on a machine or in a run.
 

@@ -247,6 +247,16 @@ impl Run {
         (1..grains.len()).find(|&row| self.is("hybrid") && grains[row] > grains[0])
     }
 
+    /// Whether it is a hybrid that began as grains alone.
+    pub fn begins_as_grains(&self) -> bool {
+        self.is("hybrid") && self.column("points").first() == Some(&0.0)
+    }
+
+    /// The first row with points of a run that had none at the start.
+    pub fn rested(&self) -> Option<usize> {
+        self.column("points").iter().position(|points| *points > 0.0)
+    }
+
     /// Time and strain at which grains took the place of points.
     pub fn enrichment(&self) -> Option<(f64, f64)> {
         let row = self.cut()?;

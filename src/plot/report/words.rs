@@ -36,6 +36,7 @@ pub fn paragraph(run: &Run, measures: Option<&Measures>, index: usize) -> Result
     let disturbed = measures.and_then(|measures| measures.disturbed(index));
     match disturbed {
         Some(found) => words += &enrichment(run, &found.by),
+        None if run.begins_as_grains() => words += &rest(run),
         None if run.is("hybrid") && run.cut().is_none() => {
             words +=
                 " No persistent shear band was found, so no grains were inserted: the specimen stayed a continuum.";
@@ -64,6 +65,21 @@ pub fn paragraph(run: &Run, measures: Option<&Measures>, index: usize) -> Result
     words += &at_the_end(run)?;
     words += &measures.and_then(|measures| bands::told(measures, index)).unwrap_or_default();
     Ok(words)
+}
+
+/// Of a run that began as grains, what has become of those that rest.
+fn rest(run: &Run) -> String {
+    let Some(row) = run.rested() else {
+        return " All of it was grains to the end: none beside a band rested for long enough to turn into points."
+            .to_owned();
+    };
+    let end = |name: &str| run.column(name).last().copied().unwrap_or_default();
+    format!(
+        " All of it was grains to a strain of {}, where the first that rested beside the band turned into points: {} grains and {} points at the end.",
+        percent(run.at(run.column("time")[row])),
+        end("grains"),
+        end("points"),
+    )
 }
 
 fn beginning(run: &Run) -> Result<String, Error> {
@@ -285,6 +301,28 @@ pub fn title(runs: &[Run]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::columns::Column;
+
+    /// A hybrid that was grains from the start was said to have stayed a continuum.
+    #[test]
+    fn a_run_that_begins_as_grains_says_what_has_become_of_them() {
+        let mut run = Run::made("method = \"hybrid\"");
+        run.drive.values = vec![0.0, 0.05, 0.1];
+        let mut with = |points: [f64; 3]| {
+            let column = |name: &str, values: [f64; 3]| Column { name: name.into(), values: values.to_vec() };
+            run.columns = vec![
+                column("time", [0.0, 1.0, 2.0]),
+                column("points", points),
+                column("grains", [500.0, 500.0 - points[1], 500.0 - points[2]]),
+            ];
+            (run.begins_as_grains(), rest(&run))
+        };
+        let (begins, told) = with([0.0, 0.0, 0.0]);
+        assert!(begins && told.contains("grains to the end"), "{told}");
+        let (begins, told) = with([0.0, 0.0, 40.0]);
+        assert!(begins && told.contains("a strain of 10") && told.contains("460 grains and 40 points"), "{told}");
+        assert!(!with([40.0, 40.0, 40.0]).0);
+    }
 
     #[test]
     fn tables_leave_out_what_no_run_has_and_print_no_json() {
