@@ -649,10 +649,10 @@ def packings(folder, strains=(0.01, 0.1), cell=7.5e-3):
                 print(f"{kind} worse than the hybrid by |{name}|: {interval(worse)}, p {p:.3f}")
 
 
-def everywhere(folder, strains=(0.01, 0.1), cell=7.5e-3):
+def everywhere(folder, strains=(0.01, 0.1), end_of_all=0.3, cell=7.5e-3):
     """Hybrids of planar shear whose zone begins everywhere, held to grains alone: FOLDER has the runs dem_N and hybrid_N of packings N, and N/comparison.json of `scree report
     --between`. `from` is the strain at which the first grains turn into points. The null model is grains alone of each other packing. Moving averages of the stress over half a
-    percent of strain, to the shorter end of the two; intervals by Student's t over packings."""
+    percent of strain, to 30 %; intervals by Student's t over packings. Rows before `from` are equal by construction: their share of the span from 1 to 10 % is printed."""
     import glob
     import json
     import os
@@ -667,7 +667,7 @@ def everywhere(folder, strains=(0.01, 0.1), cell=7.5e-3):
     def curve(kind, seed):
         rows = series(f"{folder}/{kind}_{seed}")
         pick = lambda name: numpy.array([row[name] for row in rows])
-        return {name: pick(name) for name in ("strain", "shear_stress", "normal_stress", "volume_strain", "points", "grains")}
+        return {name: pick(name) for name in rows[0]}
 
     def smooth(of, at):
         return numpy.array([of["shear_stress"][abs(of["strain"] - middle) < 0.0025].mean() for middle in at])
@@ -701,24 +701,29 @@ def everywhere(folder, strains=(0.01, 0.1), cell=7.5e-3):
     hybrid, null, places, thickness = [], [], [], []
     for seed in seeds:
         wanted, ours = alone[seed], curve("hybrid", seed)
+        if not (ours["points"] > 0).any():
+            print(f"{seed}: no grain has turned into points")
+            continue
         first = int(numpy.argmax(ours["points"] > 0))
-        begin, end = ours["strain"][first], min(wanted["strain"][-1], ours["strain"][-1])
+        begin, end = ours["strain"][first], min(wanted["strain"][-1], ours["strain"][-1], end_of_all)
         rows = min(first, len(wanted["strain"]))
-        same = all((wanted[name][:rows] == ours[name][:rows]).all() for name in ("strain", "shear_stress", "normal_stress", "volume_strain"))
+        same = all((wanted[name][:rows] == ours[name][:rows]).all() for name in wanted if name in ours)
+        shared = min(max((begin - strains[0]) / (strains[1] - strains[0]), 0), 1)
         spans = ((begin, end), strains)
         hybrid.append(off(wanted, ours, spans, end))
-        null += [off(wanted, alone[other], spans, min(end, alone[other]["strain"][-1])) for other in seeds if other != seed]
+        null += [off(wanted, alone[other], spans, min(end, alone[other]["strain"][-1], end_of_all)) for other in seeds if other != seed]
         band = bands(seed)
         told = ""
         if f"hybrid_{seed}" in band and f"dem_{seed}" in band:
             mine, theirs = band[f"hybrid_{seed}"], band[f"dem_{seed}"]
-            places.append((mine[0], theirs[0]))
-            told = f"; band at {1e3 * mine[0]:.0f} mm for {1e3 * theirs[0]:.0f}"
+            if mine[0] is not None and theirs[0] is not None:
+                places.append((mine[0], theirs[0]))
+                told = f"; band at {1e3 * mine[0]:.0f} mm for {1e3 * theirs[0]:.0f}"
             if mine[1] is not None and theirs[1] is not None:
                 thickness.append(mine[1] - theirs[1])
                 told += f", {mine[1]:.1f} D50 for {theirs[1]:.1f}"
         figures = ", ".join(f"{name} {value:+.2f} %" for name, value in zip(names, hybrid[-1]))
-        print(f"{seed}: {'the same bits' if same else 'OTHER BITS'} in {rows} rows, from {100 * begin:.2f} to {100 * end:.0f} % of strain, {ours['grains'][-1]:.0f} of {ours['grains'][0]:.0f} grains at the end: {figures}{told}")
+        print(f"{seed}: {'the same bits' if same else 'OTHER BITS'} in {rows} rows, from {100 * begin:.2f} to {100 * end:.0f} % of strain, {100 * shared:.0f} % of the span from 1 to 10 %, {ours['grains'][-1]:.0f} of {ours['grains'][0]:.0f} grains at the end: {figures}{told}")
     for column, name in enumerate(names):
         of = lambda rows: [row[column] for row in rows]
         print(f"{name}: {interval(of(hybrid))} %; other packings: {numpy.abs(of(null)).mean():.2f} off in the mean of absolute values, these {numpy.abs(of(hybrid)).mean():.2f}")

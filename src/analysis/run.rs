@@ -249,7 +249,7 @@ impl Run {
 
     /// Whether it is a hybrid that began as grains alone.
     pub fn begins_as_grains(&self) -> bool {
-        self.is("hybrid") && self.column("points").first() == Some(&0.0)
+        self.is("hybrid") && self.value("zone.begins").and_then(toml::Value::as_str) == Some("everywhere")
     }
 
     /// The first row with points of a run that had none at the start.

@@ -18,6 +18,14 @@ impl CellStrain {
     }
 }
 
+/// A look at a cell that holds grains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    pub cell: u64,
+    /// Rate of strain, xx, yy, xy, 1/s; none where too few grains are in it to tell.
+    pub rate: Option<[f64; 3]>,
+}
+
 /// The cells that hold grains, rising; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RestWatch {
@@ -25,16 +33,19 @@ pub struct RestWatch {
 }
 
 impl RestWatch {
-    /// Takes in the rates of strain of all cells that hold grains now, rising (xx, yy, xy, 1/s), as they were for `time`, s. Cells that
-    /// hold none any more are forgotten.
-    pub fn take(&mut self, rates: &[CellStrain], time: f64) {
+    /// Takes in a look at all cells that hold grains now, rising, as they were for `time`, s. Cells that hold none any more are forgotten. One that does not tell is as it was,
+    /// and one that has not told yet rests.
+    pub fn take(&mut self, looks: &[Look], time: f64) {
+        let most = self.cells.iter().map(|cell| cell.looks).max().unwrap_or(0);
         let mut before = self.cells.iter().peekable();
-        let after = rates.iter().map(|rate| {
-            while before.next_if(|cell| cell.cell < rate.cell).is_some() {}
-            let known = before.next_if(|cell| cell.cell == rate.cell).copied().unwrap_or_default();
+        let after = looks.iter().map(|look| {
+            while before.next_if(|cell| cell.cell < look.cell).is_some() {}
+            let known = before.next_if(|cell| cell.cell == look.cell).copied();
+            let unknown = CellStrain { looks: if look.rate.is_some() { 0 } else { most }, ..CellStrain::default() };
+            let (known, rate) = (known.unwrap_or(unknown), look.rate.unwrap_or_default());
             CellStrain {
-                cell: rate.cell,
-                strain: std::array::from_fn(|part| known.strain[part] + rate.strain[part] * time),
+                cell: look.cell,
+                strain: std::array::from_fn(|part| known.strain[part] + rate[part] * time),
                 looks: known.looks + 1,
             }
         });
@@ -59,8 +70,21 @@ impl RestWatch {
 mod tests {
     use super::*;
 
-    fn rate(cell: u64, xy: f64) -> CellStrain {
-        CellStrain { cell, strain: [0.0, 0.0, xy], looks: 0 }
+    fn rate(cell: u64, xy: f64) -> Look {
+        Look { cell, rate: Some([0.0, 0.0, xy]) }
+    }
+
+    #[test]
+    fn a_cell_that_does_not_tell_is_as_it_was() {
+        let mut watch = RestWatch::default();
+        let silent = |cell: u64| Look { cell, rate: None };
+        watch.take(&[rate(2, 1.0), rate(4, 1.0)], 0.1);
+        watch.take(&[rate(2, 1.0), silent(4), silent(7)], 0.1);
+        watch.take(&[rate(2, 1.0), rate(4, 1.0), silent(7)], 0.1);
+        let shears: Vec<f64> = watch.cells.iter().map(|cell| (10.0 * cell.shear()).round()).collect();
+        assert_eq!(shears, [3.0, 2.0, 0.0]);
+        // The one that came late and has never told is no reason for all around it to stay.
+        assert_eq!(watch.busy(0.5).collect::<Vec<_>>(), [2, 4]);
     }
 
     #[test]

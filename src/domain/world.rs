@@ -49,6 +49,8 @@ pub struct Settings<S: Space> {
     pub nonlocal: Option<Nonlocal>,
     /// Where the continuum is one of elements: its mesh.
     pub meshed: Option<Meshed<S>>,
+    /// Whether points, if there are any, have been grains, whose velocities are half a step behind.
+    pub begins_as_grains: bool,
 }
 
 impl<S: Space> Settings<S> {
@@ -63,6 +65,7 @@ impl<S: Space> Settings<S> {
             rves: None,
             nonlocal: None,
             meshed: None,
+            begins_as_grains: false,
         }
     }
 }

@@ -189,6 +189,7 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
         rves: None,
         nonlocal: job.nonlocal,
         meshed: job.mesh.as_ref().map(|how| mesh_world::meshed(job, how)),
+        begins_as_grains: grains.is_some_and(|grains| grains.begins_as_grains()),
     }
 }
 

@@ -45,7 +45,11 @@ type PlanarCore<'t> = Core<'t, Plane>;
 impl Adaptive<'_> {
     /// What is due after a step. `strain` is told with it. Collective.
     pub fn adapt(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
-        if core.progress.enriched_step > 0 || self.enrichment.life.is_everywhere {
+        if self.enrichment.life.is_everywhere {
+            // Of a branch from grains alone this has not been said yet.
+            core.progress.enriched_step = core.progress.enriched_step.max(1);
+        }
+        if core.progress.enriched_step > 0 {
             return self.live(core, strain);
         }
         enrichment::track(&mut core.world, &mut core.progress.instants);

@@ -9,8 +9,6 @@ const FREE_TABLE: &str = "output.";
 const BOUND: [&str; 2] = ["output.contact_frames", "output.energy_balance"];
 /// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
 const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
-/// What says whether a run begins with grains or with points.
-const KEPT_OF_START: &str = "zone.begins";
 /// And the mesh and inertia that elements have from the start.
 const KEPT_OF_MESH: [&str; 4] = ["mesh.file", "mesh.sha256", "mesh.unit", "mesh.mass_scaling"];
 /// And of loads, which points know from the start.
@@ -35,12 +33,7 @@ impl Change {
 
     /// Whether not even a branch may have it.
     pub fn is_kept(&self) -> bool {
-        KEPT.contains(&self.key.as_str()) || self.is_of_start() || self.is_of_kept_mesh() || self.is_of_kept_load()
-    }
-
-    /// Whether it is of what a run begins with.
-    pub fn is_of_start(&self) -> bool {
-        self.key == KEPT_OF_START
+        KEPT.contains(&self.key.as_str()) || self.is_of_kept_mesh() || self.is_of_kept_load()
     }
 
     fn is_of_kept_mesh(&self) -> bool {
@@ -56,7 +49,6 @@ impl Change {
         match (self.is_of_kept_load(), self.is_of_kept_mesh()) {
             (true, _) => "points know from the start of a run which loads they bear, and where",
             (_, true) => "elements have their volumes and their inertia from the start of a run",
-            _ if self.is_of_start() => "the run has begun, with points or with grains",
             _ => "the grains of a zone are those of the packing that the run began with",
         }
     }
@@ -133,8 +125,6 @@ mod tests {
         assert_eq!(kept.iter().map(Change::is_kept).collect::<Vec<bool>>(), [true, false]);
         let loads = between("[[load]]\nacts_at = \"points\"\n", "[[load]]\nacts_at = \"surface\"\n");
         assert!(loads[0].is_kept(), "{loads:?}");
-        let begun = between("[zone]\nbegins = \"band\"\n", "[zone]\nbegins = \"everywhere\"\n");
-        assert!(begun[0].is_kept() && begun[0].why_kept().contains("has begun"), "{begun:?}");
         let lives = between("[zone]\ngrows = false\n", "[zone]\ngrows = true\ndissolves = true\n");
         assert_eq!(lives.iter().map(Change::asks_for_paths).collect::<Vec<bool>>(), [false, true]);
     }

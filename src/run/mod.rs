@@ -277,6 +277,8 @@ struct Run<'t, 's, S: Space> {
     waits: Waits,
     started: Instant,
     first_step: u64,
+    /// Steps that are taken at once: those of the last pass, whatever has come of it for the next.
+    together: u64,
     /// When a checkpoint was last written, and after which step; none has been where it is the first.
     saved: Instant,
     saved_step: u64,
@@ -320,6 +322,7 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
             waits: Waits::new(),
             started,
             first_step,
+            together: 1,
             saved: started,
             saved_step: first_step,
             looked: started,
@@ -370,10 +373,11 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
 
     /// Steps that are taken at once, with all that is due after them.
     fn pass(&mut self) -> Result<(), Error> {
+        self.together = self.core.world.settings.grain_steps;
         self.core.world.wish = self.wish();
-        self.core.world.assembly.forces_wanted = self.row_due(self.core.world.step + self.together());
+        self.core.world.assembly.forces_wanted = self.row_due(self.core.world.step + self.together);
         self.core.world.advance()?;
-        self.grain_steps += self.together() * self.core.world.grains_total;
+        self.grain_steps += self.together * self.core.world.grains_total;
         self.point_steps += self.core.world.points_total;
         (self.experiment.watch)(&mut self.core)?;
         self.observe()
@@ -455,18 +459,13 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
         self.is_due(step, self.cadence.series) || step >= self.steps
     }
 
-    /// Steps that are taken at once.
-    fn together(&self) -> u64 {
-        self.core.world.settings.grain_steps
-    }
-
     fn checkpoint_due(&self, step: u64) -> bool {
         let Cadence { checkpoint, checkpoint_steps, .. } = self.cadence;
         self.is_due(step, checkpoint) || checkpoint_steps.is_some_and(|every| self.is_due(step, every))
     }
 
     fn is_due(&self, step: u64, every: u64) -> bool {
-        is_due(step, every, self.together())
+        is_due(step, every, self.together)
     }
 
     /// Stops the run where it has left physics. Energies are compared from the first step of a run on, after which grains move as
@@ -476,7 +475,7 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
         let due = self.is_due(step, GUARD_EVERY) || step >= self.steps;
         let written = self.is_due(step, self.cadence.series) || self.checkpoint_due(step);
         let begins = self.first_step == 0 || self.core.options.beginning == Beginning::Branched;
-        let is_first = begins && step == self.first_step + self.together();
+        let is_first = begins && step == self.first_step + self.together;
         let Core { world, progress, .. } = &mut self.core;
         if due || written || world.rebuilds != self.rebuilds {
             self.rebuilds = world.rebuilds;

@@ -262,20 +262,25 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
     let job = Job::parse(text, &file.display().to_string(), sets)?;
     let (progress, steps) = (checkpoint::progress_of(state)?, job.steps());
     let step = progress.step;
-    let job = job.to_toml();
     // What the run began with as this program writes it, which may have keys that an older one had not.
     let began = Job::parse(text, &file.display().to_string(), &[])?;
+    if job.method() == Method::Hybrid && began.begins_as_grains() != job.begins_as_grains() {
+        let (has, wanted) = if began.begins_as_grains() { ("grains", "band") } else { ("points", "everywhere") };
+        return Err(Error::User(format!(
+            "{shown}: a hybrid with zone.begins = \"{wanted}\" is not possible, also in a branch: the run has begun with {has}. Write the other, or start a new run by `scree run`."
+        )));
+    }
+    let job = job.to_toml();
     let changes = changes::between(&began.to_toml(), &job);
-    // Where all is grains, a zone that begins everywhere is there.
-    let is_grains = began.method() == Method::Dem;
-    if let Some(kept) = changes.iter().find(|change| change.is_kept() && !(is_grains && change.is_of_start())) {
+    if let Some(kept) = changes.iter().find(|change| change.is_kept()) {
         return Err(Error::User(format!(
             "{shown}: {} is not possible: {}, also in a branch. Start a new run by `scree run`.",
             kept.words(),
             kept.why_kept()
         )));
     }
-    let paths = changes.iter().find(|change| progress.enriched_step > 0 && change.asks_for_paths());
+    let has_forgotten = progress.enriched_step > 0 || began.begins_as_grains() && !packing_file(dir).exists();
+    let paths = changes.iter().find(|change| has_forgotten && change.asks_for_paths());
     if let Some(paths) = paths {
         return Err(Error::User(format!(
             "{shown}: {} is not possible: grains are there already, and the paths of the points beside them, along which more would have to be trained, have not been kept since. Start a new run by `scree run`.",

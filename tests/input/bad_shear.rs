@@ -305,10 +305,9 @@ fn a_zone_that_begins_everywhere_and_stays() {
         "zone.begins=everywhere",
         "--set: zone.begins = \"everywhere\" leaves grains for good where they are, which is method = \"dem\". Write zone.dissolves = true, begins = \"band\", or that method.",
     );
-    let text = GOOD.0.replace("[packing]", "[packing]\nheight = \"60 mm\"");
     refused_text(
-        &text,
-        &["zone.begins=everywhere", "zone.dissolves=true"],
+        GOOD.0,
+        &["packing.height=60 mm", "zone.begins=everywhere", "zone.dissolves=true"],
         "--set: zone.begins = \"everywhere\" begins with all of the specimen as grains, and the packing is lower. Remove packing.height, or write begins = \"band\".",
     );
 }

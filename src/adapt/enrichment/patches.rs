@@ -8,7 +8,7 @@ use crate::adapt::cells::{around, everywhere};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Plane, Space};
 use crate::couple::patch::Patch;
-use crate::couple::rest::{CellStrain, RestWatch};
+use crate::couple::rest::{Look, RestWatch};
 use crate::dem::grains::Mover;
 use crate::prepare::sheared::PlanarWorld;
 
@@ -24,16 +24,17 @@ pub fn look_for_rest(
     watch: &mut RestWatch,
     (depth, fraction, time): (f64, f64, f64),
 ) -> Result<(), Error> {
-    let (grid, patches) = (cell_grid(world), patches(world, depth, false)?);
+    let (grid, all) = (cell_grid(world), patches(world, depth, false)?);
     let least = FILLED_TELLING * fraction * grid.cell * grid.cell * depth;
+    let patches: BTreeMap<u64, Patch> =
+        all.iter().filter(|(_, patch)| patch.solid >= least).map(|(cell, patch)| (*cell, *patch)).collect();
     let rate = |cell: &u64| {
         let rate = around(&grid, &patches, *cell).velocity(grid.cell).gradient;
-        let strain = [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])];
-        CellStrain { cell: *cell, strain, looks: 0 }
+        [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])]
     };
-    let telling = patches.iter().filter(|(_, patch)| patch.solid >= least);
-    let rates: Vec<CellStrain> = telling.map(|(cell, _)| rate(cell)).collect();
-    watch.take(&rates, time);
+    let looks: Vec<Look> =
+        all.keys().map(|cell| Look { cell: *cell, rate: patches.contains_key(cell).then(|| rate(cell)) }).collect();
+    watch.take(&looks, time);
     Ok(())
 }
 

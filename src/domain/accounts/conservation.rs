@@ -294,7 +294,7 @@ impl<S: Space> World<'_, S> {
         if step == 0 {
             return 0.0;
         }
-        if !self.has_points() {
+        if !self.has_points() || self.settings.begins_as_grains {
             return (step as f64 - 1.0 + self.settings.grains.first_kick) * self.settings.grains.dt;
         }
         let (dt, ramp) = (self.dt_of_continuum(), self.settings.grid.gravity_ramp);

@@ -196,6 +196,9 @@ fn check_everywhere(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_
     if !grains.enrichment.life.is_everywhere {
         return;
     }
+    if grains.known.is_some() {
+        typed.note_together(typed.refusal("zone", "begins", "is for bands that the grains find, and [[band]] says where they are. Write \"band\", or remove [[band]] and enrichment.at."));
+    }
     if grains.reference == Origin::Piece {
         typed.note_together(typed.refusal("enrichment", "reference", "makes no specimen, and zone.begins = \"everywhere\" begins with all of its grains. Write \"specimen\", or zone.begins = \"band\"."));
     }

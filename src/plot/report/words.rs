@@ -4,6 +4,7 @@ use serde_json::{Map, Value};
 
 use super::numbers::{THIN, interval, kilopascal, percent, plain, relative, significant, time, with_unit};
 use super::parts::{bands, stress};
+use crate::analysis::drive::Measure;
 use crate::analysis::measures::Measures;
 use crate::analysis::measures::disturbance::{Disturbance, STRAIN_DISTURBED, STRAIN_SETTLED};
 use crate::analysis::run::Run;
@@ -73,10 +74,14 @@ fn rest(run: &Run) -> String {
         return " All of it was grains to the end: none beside a band rested for long enough to turn into points."
             .to_owned();
     };
+    let time = run.column("time")[row];
+    let at = match run.drive.measure {
+        Measure::Strain if !run.drive.turns_back => format!("{} of {}", percent(run.at(time)), run.drive.words),
+        _ => format!("t = {}{THIN}s", plain(time, 3)),
+    };
     let end = |name: &str| run.column(name).last().copied().unwrap_or_default();
     format!(
-        " All of it was grains to a strain of {}, where the first that rested beside the band turned into points: {} grains and {} points at the end.",
-        percent(run.at(run.column("time")[row])),
+        " All of it was grains to {at}, where the first that rested beside the band turned into points: {} grains and {} points at the end.",
         end("grains"),
         end("points"),
     )
@@ -306,7 +311,7 @@ mod tests {
     /// A hybrid that was grains from the start was said to have stayed a continuum.
     #[test]
     fn a_run_that_begins_as_grains_says_what_has_become_of_them() {
-        let mut run = Run::made("method = \"hybrid\"");
+        let mut run = Run::made("method = \"hybrid\"\n[zone]\nbegins = \"everywhere\"");
         run.drive.values = vec![0.0, 0.05, 0.1];
         let mut with = |points: [f64; 3]| {
             let column = |name: &str, values: [f64; 3]| Column { name: name.into(), values: values.to_vec() };
@@ -320,8 +325,8 @@ mod tests {
         let (begins, told) = with([0.0, 0.0, 0.0]);
         assert!(begins && told.contains("grains to the end"), "{told}");
         let (begins, told) = with([0.0, 0.0, 40.0]);
-        assert!(begins && told.contains("a strain of 10") && told.contains("460 grains and 40 points"), "{told}");
-        assert!(!with([40.0, 40.0, 40.0]).0);
+        assert!(begins && told.contains("t = 2") && told.contains("460 grains and 40 points"), "{told}");
+        assert!(!Run::made("method = \"hybrid\"\n[zone]\nbegins = \"band\"").begins_as_grains());
     }
 
     #[test]
