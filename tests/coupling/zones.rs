@@ -1,5 +1,7 @@
 //! Zones that live: they grow where the band goes, and give back the grains that rest.
 
+use std::path::Path;
+
 use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, grain_stress, look_for_rest};
 use scree::base::space::{Plane, Space};
 use scree::couple::rest::RestWatch;
@@ -10,11 +12,13 @@ use scree::job::{Job, Scenario};
 use scree::mpm::points::Hot;
 use scree::mpm::track::Instants;
 use scree::prepare::reference::Lies;
+use scree::run::start::{self, Continuation};
+use scree::store::checkpoint;
 use scree_partition::Solo;
 
 use crate::coupled::triaxial;
 use crate::enrichment::{enrich, sums, up_to_the_band};
-use crate::runs::{Ran, parse, replaced, same};
+use crate::runs::{Ran, done, options, parse, replaced, same};
 use crate::worlds::{PlanarPoint, PlanarWorld, contact, grain, open_world, packed_job, settings};
 
 /// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well. Its oracle finds the
@@ -24,8 +28,8 @@ pub fn restless(end: f64) -> String {
         [zone]
         grows = true
         dissolves = true
-        rest_share = 0.7
-        rest_strain = 0.02"#;
+        rest_share = 0.9
+        rest_strain = 0.01"#;
     replaced(
         triaxial("hybrid", end),
         &[
@@ -102,6 +106,35 @@ fn a_zone_that_begins_everywhere_has_the_same_bits_on_any_ranks_and_after_a_rest
     let folder = tempfile::tempdir().unwrap();
     let (_, series) = same(&Job::Shear(everywhere(&[])), folder.path(), "a zone that begins everywhere");
     assert!(series.lines().last().unwrap().split(',').count() > 5);
+}
+
+/// Whoever has sheared grains alone up to their band goes on from there; what began with points cannot begin with grains.
+#[test]
+fn grains_alone_go_on_as_a_zone_that_has_begun_everywhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let [alone, branch, points, other] = ["alone", "branch", "points", "other"].map(|name| folder.path().join(name));
+    let short = "loading.strain_end=0.02";
+    done(start::start(&Job::Shear(everywhere(&["method=dem", short])), &options(&alone), &Solo));
+    let sets =
+        ["method=hybrid", "loading.strain_end=0.04", "zone.rest_strain=0.005", "zone.rest_share=0.9"].map(String::from);
+    let on = |trunk: &Path, branch: &Path, sets: &[String]| {
+        start::resume(trunk, Continuation { sets, branch: Some(branch) }, &options(branch), &Solo)
+    };
+    done(on(&alone, &branch, &sets));
+    let (_, state) = checkpoint::latest_state(&branch).unwrap();
+    let rows = |name: &str| state.tables.iter().find(|table| table.name == name).unwrap().rows;
+    assert!(rows("points") > 0 && rows("grains") > 0);
+    let grows = [&sets[..], &["zone.grows=true".to_owned()]].concat();
+    let told = on(&alone, &other, &grows).unwrap_err().to_string();
+    assert!(told.contains("zone.grows from false to true is not possible"), "{told}");
+
+    done(start::start(&Job::Shear(packed_job(&["method=mpm", short])), &options(&points), &Solo));
+    let sets =
+        ["method=hybrid", "zone.begins=everywhere", "zone.dissolves=true", "loading.strain_end=0.04"].map(String::from);
+    let told = on(&points, &other, &sets).unwrap_err().to_string();
+    assert!(told.contains("the run has begun with points"), "{told}");
+    let told = on(&alone, &other, &["method=hybrid", "zone.begins=band"].map(String::from)).unwrap_err().to_string();
+    assert!(told.contains("the run has begun with grains"), "{told}");
 }
 
 #[test]

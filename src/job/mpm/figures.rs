@@ -334,9 +334,14 @@ pub fn blocks(job: &Mpm) -> [usize; 3] {
     })
 }
 
-/// Height of the zone of grains around a flat band one cell thick, m.
+/// Cells that shear of a flat band, which a fit over three rows of cells smears, and cells beyond the distance on either side in which grains stay, where a zone has
+/// begun everywhere.
+const CELLS_LEFT: f64 = 3.0 + 2.0 * 1.5;
+
+/// Height of the zone of grains around a flat band one cell thick, m; of one that has begun everywhere once all that can have turned into points.
 pub fn zone_height(job: &Mpm, granular: &Granular) -> f64 {
-    (2.0 * granular.enrichment.distance + 2.0 * job.grid.cell).min(job.grid.extent(1))
+    let cells = if granular.begins_as_grains() { CELLS_LEFT } else { 2.0 };
+    (2.0 * granular.enrichment.distance + cells * job.grid.cell).min(job.grid.extent(1))
 }
 
 /// Mass of all points, kg.
