@@ -82,7 +82,7 @@ mod tests {
         watch.take(&[rate(2, 1.0), silent(4), silent(7)], 0.1);
         watch.take(&[rate(2, 1.0), rate(4, 1.0), silent(7)], 0.1);
         let shears: Vec<f64> = watch.cells.iter().map(|cell| (10.0 * cell.shear()).round()).collect();
-        assert_eq!(shears, [3.0, 2.0, 0.0]);
+        assert_eq!(shears, [6.0, 4.0, 0.0]);
         // The one that came late and has never told is no reason for all around it to stay.
         assert_eq!(watch.busy(0.5).collect::<Vec<_>>(), [2, 4]);
     }
