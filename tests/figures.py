@@ -707,7 +707,11 @@ def everywhere(folder, strains=(0.01, 0.1), end_of_all=0.3, cell=7.5e-3):
         first = int(numpy.argmax(ours["points"] > 0))
         begin, end = ours["strain"][first], min(wanted["strain"][-1], ours["strain"][-1], end_of_all)
         rows = min(first, len(wanted["strain"]))
-        same = all((wanted[name][:rows] == ours[name][:rows]).all() for name in wanted if name in ours)
+        if (wanted["step"][:rows] != ours["step"][:rows]).any():
+            bits = "rows of other instants"
+        else:
+            same = all((wanted[name][:rows] == ours[name][:rows]).all() for name in wanted if name in ours)
+            bits = f"{'the same' if same else 'OTHER'} bits in {rows} rows"
         shared = min(max((begin - strains[0]) / (strains[1] - strains[0]), 0), 1)
         spans = ((begin, end), strains)
         hybrid.append(off(wanted, ours, spans, end))
@@ -723,7 +727,7 @@ def everywhere(folder, strains=(0.01, 0.1), end_of_all=0.3, cell=7.5e-3):
                 thickness.append(mine[1] - theirs[1])
                 told += f", {mine[1]:.1f} D50 for {theirs[1]:.1f}"
         figures = ", ".join(f"{name} {value:+.2f} %" for name, value in zip(names, hybrid[-1]))
-        print(f"{seed}: {'the same bits' if same else 'OTHER BITS'} in {rows} rows, from {100 * begin:.2f} to {100 * end:.0f} % of strain, {100 * shared:.0f} % of the span from 1 to 10 %, {ours['grains'][-1]:.0f} of {ours['grains'][0]:.0f} grains at the end: {figures}{told}")
+        print(f"{seed}: {bits}, from {100 * begin:.2f} to {100 * end:.0f} % of strain, {100 * shared:.0f} % of the span from 1 to 10 %, {ours['grains'][-1]:.0f} of {ours['grains'][0]:.0f} grains at the end: {figures}{told}")
     for column, name in enumerate(names):
         of = lambda rows: [row[column] for row in rows]
         print(f"{name}: {interval(of(hybrid))} %; other packings: {numpy.abs(of(null)).mean():.2f} off in the mean of absolute values, these {numpy.abs(of(hybrid)).mean():.2f}")
