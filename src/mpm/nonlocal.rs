@@ -177,26 +177,13 @@ impl Weights {
         weights
     }
 
-    /// Mean over the points around one, of what each row has. Terms are added up in four sums, so that none waits for the one before it: each fourth
-    /// neighbour, in the order of ids.
+    /// Mean over the points around one, of what each row has.
     pub fn mean<T>(&self, point: usize, of: impl Fn(usize) -> T) -> T
     where
         T: Copy + Add<Output = T> + Mul<f64, Output = T>,
     {
-        let term = |(row, weight): &(Row, f64)| of(*row as usize) * *weight;
-        let (fours, rest) = self.neighbours[self.firsts[point]..self.firsts[point + 1]].as_chunks::<4>();
-        let mut sum = of(point) * self.rests[point];
-        if let Some((first, fours)) = fours.split_first() {
-            let mut sums = first.each_ref().map(term);
-            for four in fours {
-                for (sum, neighbour) in sums.iter_mut().zip(four) {
-                    *sum = *sum + term(neighbour);
-                }
-            }
-            let [a, b, c, d] = sums;
-            sum = sum + ((a + b) + (c + d));
-        }
-        rest.iter().fold(sum, |sum, neighbour| sum + term(neighbour))
+        let own = of(point) * self.rests[point];
+        self.around(point).fold(own, |sum, (row, weight)| sum + of(*row as usize) * *weight)
     }
 
     /// What a point and its images have in its own mean.
