@@ -33,7 +33,7 @@ use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::stress::{SharedMaterial, no_material};
 use crate::rve::{GrainMaterial, PointRve, Scratches};
 
-/// Constants of a world that no step changes.
+/// Constants of a world that no step changes, but for `grain_steps`, which are one until points come to grains alone.
 #[derive(Clone, Debug)]
 pub struct Settings<S: Space> {
     pub grains: Constants<S>,

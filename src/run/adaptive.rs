@@ -46,7 +46,7 @@ impl Adaptive<'_> {
     /// What is due after a step. `strain` is told with it. Collective.
     pub fn adapt(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
         if self.enrichment.life.is_everywhere {
-            // Of a branch from grains alone this has not been said yet.
+            // From the first step on, also of a branch from grains alone.
             core.progress.enriched_step = core.progress.enriched_step.max(1);
         }
         if core.progress.enriched_step > 0 {

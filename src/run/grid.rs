@@ -320,7 +320,6 @@ impl<S: Space> Setup for Grains<'_, S> {
         }
         let progress = Progress {
             fraction_start: made.fraction,
-            enriched_step: u64::from(granular.method == Method::Hybrid && granular.begins_as_grains()),
             instants: Instants { times: Vec::new(), every: (steps(job.end, job.step) / TRACKS).max(1) },
             ..Progress::default()
         };

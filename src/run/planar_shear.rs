@@ -84,7 +84,6 @@ impl Setup for Scenario {
         let progress = Progress {
             height_start: start.height,
             fraction_start: start.fraction,
-            enriched_step: u64::from(self.method == Method::Hybrid && self.begins_as_grains()),
             instants: Instants { times: Vec::new(), every: (derived::steps(self) / TRACKS).max(1) },
             ..Progress::default()
         };

@@ -24,16 +24,16 @@ pub fn look_for_rest(
     watch: &mut RestWatch,
     (depth, fraction, time): (f64, f64, f64),
 ) -> Result<(), Error> {
-    let (grid, all) = (cell_grid(world), patches(world, depth, false)?);
+    let (grid, mut patches) = (cell_grid(world), patches(world, depth, false)?);
+    let cells: Vec<u64> = patches.keys().copied().collect();
     let least = FILLED_TELLING * fraction * grid.cell * grid.cell * depth;
-    let patches: BTreeMap<u64, Patch> =
-        all.iter().filter(|(_, patch)| patch.solid >= least).map(|(cell, patch)| (*cell, *patch)).collect();
+    patches.retain(|_, patch| patch.solid >= least);
     let rate = |cell: &u64| {
         let rate = around(&grid, &patches, *cell).velocity(grid.cell).gradient;
         [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])]
     };
-    let looks: Vec<Look> =
-        all.keys().map(|cell| Look { cell: *cell, rate: patches.contains_key(cell).then(|| rate(cell)) }).collect();
+    let look = |cell: u64| Look { cell, rate: patches.contains_key(&cell).then(|| rate(&cell)) };
+    let looks: Vec<Look> = cells.into_iter().map(look).collect();
     watch.take(&looks, time);
     Ok(())
 }
