@@ -55,6 +55,7 @@ impl<const N: usize> ExactSum<N> {
     }
 
     /// Adds `value` to the sum in `slot`.
+    #[inline]
     pub fn add(&mut self, slot: usize, value: f64) {
         add_to(&mut self.quanta[slot], &mut self.load[slot], value);
     }
@@ -129,6 +130,7 @@ impl ExactSums {
     }
 
     /// Adds `value` to the sum in `slot`.
+    #[inline]
     pub fn add(&mut self, slot: usize, value: f64) {
         add_to(&mut self.quanta[slot], &mut self.load[slot], value);
     }
@@ -153,11 +155,13 @@ impl ExactSums {
     }
 }
 
+#[inline]
 fn add_to(sum: &mut i128, load: &mut u64, value: f64) {
-    match to_quanta(value) {
-        Some(quanta) => {
-            *sum = sum.wrapping_add(quanta);
-            bear(load, (quanta.unsigned_abs() >> QUANTUM_BITS) as u64 + 1);
+    match magnitude_of(value) {
+        Some(magnitude) => {
+            let sign = -i128::from(value.is_sign_negative());
+            *sum = sum.wrapping_add((magnitude as i128 ^ sign) - sign);
+            bear(load, (magnitude >> QUANTUM_BITS) as u64 + 1);
         }
         None => bear(load, LOAD_MAX),
     }
@@ -172,23 +176,21 @@ fn value_of(quanta: i128, load: u64) -> f64 {
     if load < LOAD_MAX { to_f64(quanta) } else { f64::NAN }
 }
 
-/// Whole quanta in `value`, cut towards zero; `None` outside the range.
-fn to_quanta(value: f64) -> Option<i128> {
+/// Whole quanta in the magnitude of `value`, cut towards zero; `None` outside the range.
+#[inline]
+fn magnitude_of(value: f64) -> Option<u128> {
     // |value| = mantissa * 2^(exponent - 1075), subnormals with exponent 1 and no implied bit.
     let bits = value.to_bits();
     let field = (bits >> 52 & 0x7ff) as i32;
-    let fraction = bits & ((1 << 52) - 1);
-    let (mantissa, exponent) = if field == 0 { (fraction, 1) } else { (fraction | 1 << 52, field) };
+    let mantissa = bits & ((1 << 52) - 1) | u64::from(field != 0) << 52;
+    let exponent = field.max(1);
     if exponent >= 1023 + ADDEND_BITS {
         return None;
     }
-    let shift = exponent - 1075 + QUANTUM_BITS;
-    let magnitude = if shift >= 0 {
-        i128::from(mantissa) << shift
-    } else {
-        i128::from(mantissa.checked_shr(shift.unsigned_abs()).unwrap_or(0))
-    };
-    Some(if value.is_sign_negative() { -magnitude } else { magnitude })
+    // One way for large and small, which come in any order: from the place of the largest down to its own, and out of sight.
+    const LARGEST: i32 = 1022 + ADDEND_BITS - 1075 + QUANTUM_BITS;
+    let down = (LARGEST - (exponent - 1075 + QUANTUM_BITS)).min(127);
+    Some((u128::from(mantissa) << LARGEST) >> down)
 }
 
 /// Rounds once: the power of two scales without rounding, as no sum is small enough to be
@@ -223,6 +225,21 @@ mod tests {
         let mut sum = ExactSum::<1>::new();
         values.iter().for_each(|&value| sum.add(0, value));
         sum.value(0)
+    }
+
+    #[test]
+    fn quanta_of_every_size_are_cut_towards_zero() {
+        // A product with a power of two rounds nothing, and a conversion cuts.
+        let expected = |value: f64| (value.abs() * 2f64.powi(QUANTUM_BITS)) as u128;
+        for exponent in 0..1023 + ADDEND_BITS as u64 {
+            for fraction in [0, 1, (1 << 52) - 1, 0x5_5555_5555_5555, 0xa_1234_0000_ffff] {
+                let value = f64::from_bits(exponent << 52 | fraction);
+                assert_eq!(magnitude_of(value), Some(expected(value)), "{value:e}");
+                assert_eq!(magnitude_of(-value), Some(expected(value)), "-{value:e}");
+            }
+        }
+        assert_eq!(magnitude_of(2f64.powi(ADDEND_BITS)), None);
+        assert_eq!(magnitude_of(f64::NAN), None);
     }
 
     #[test]

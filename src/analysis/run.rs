@@ -264,6 +264,15 @@ impl Run {
         Some((time, self.told("enriched_at_strain").unwrap_or_else(|| self.at(time))))
     }
 
+    /// Time (s) from which a hybrid has both: its enrichment, or where all began as grains the first points.
+    pub fn has_both_from(&self) -> Option<f64> {
+        let first_points = || self.rested().map(|row| self.column("time")[row]);
+        match self.begins_as_grains() {
+            true => self.told("first_points_at_time").or_else(first_points),
+            false => self.enrichment().map(|(time, _)| time),
+        }
+    }
+
     /// How far the run has come at a time, s: strain or way of what drives it.
     pub fn at(&self, time: f64) -> f64 {
         from_zero(self.column("time"), &self.drive.values, time)
@@ -347,6 +356,7 @@ fn summary(directory: &Path, step: f64) -> Result<Map<String, Value>, Error> {
         false => Map::new(),
     };
     figures.extend(of_refusals(directory));
+    figures.extend(of_first_points(directory));
     let is_of_now = figures.get("steps").and_then(Value::as_f64).is_some_and(|told| told >= step);
     if !is_of_now {
         figures.extend(of_enrichment(directory));
@@ -372,6 +382,16 @@ fn of_enrichment(directory: &Path) -> Map<String, Value> {
     let Some(Value::Object(mut figures)) = log::told(directory, "enriched").pop() else { return Map::new() };
     ["event", "step", "run"].into_iter().for_each(|key| drop(figures.remove(key)));
     figures
+}
+
+/// When the log first tells that grains have turned into points, and how long steps had taken till then; the summary says neither.
+fn of_first_points(directory: &Path) -> Map<String, Value> {
+    let shrank = log::told(directory, "zone_shrank");
+    let told = |(name, key): (&str, &str)| Some((name.to_owned(), shrank.first()?.get(key)?.clone()));
+    [("first_points_at_time", "time"), ("seconds_of_steps_before_points", "seconds_of_steps")]
+        .into_iter()
+        .filter_map(told)
+        .collect()
 }
 
 /// A value by its dotted path.

@@ -200,10 +200,14 @@ impl<S: Space> Assembly<S> {
     /// or touches.
     pub(crate) fn pushes_on(&self, bodies: &[Body<S>], mut push: impl FnMut(usize, S::Vector, S::Spin)) {
         for row in self.grains.glued.iter().map(|row| *row as usize) {
+            let (force, torque) = (self.grains.force[row], self.grains.torque[row]);
+            // Most of a plate's grains lie behind those that others touch.
+            if force == S::Vector::zero() && torque == S::Spin::zero() {
+                continue;
+            }
             if let Mover::Body(body) = self.grains.movers[row] {
                 let arm = self.grains.hot[row].position - bodies[body as usize].origin();
-                let force = self.grains.force[row];
-                push(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
+                push(body as usize, force, torque + S::moment(&arm, &force));
             }
         }
         self.walls.reactions_of(bodies, push);

@@ -100,6 +100,8 @@ pub struct Grains<S: Space> {
     pub homes: Vec<S::Vector>,
     /// Owned rows that are glued to bodies.
     pub glued: Vec<Row>,
+    /// Owned rows that go by a script.
+    pub scripted: Vec<Row>,
     /// Free owned rows that a force of their own pushes, and that force, N.
     pub pushed: Vec<(Row, S::Vector)>,
     /// Free owned rows that bodies may touch, ascending.
@@ -125,6 +127,7 @@ impl<S: Space> Default for Grains<S> {
             movers: Vec::new(),
             homes: Vec::new(),
             glued: Vec::new(),
+            scripted: Vec::new(),
             pushed: Vec::new(),
             near_bodies: Vec::new(),
             waiting: Vec::new(),
@@ -171,8 +174,12 @@ impl<S: Space> Grains<S> {
         let owned = &self.cold[..self.owned];
         self.movers = owned.iter().map(|cold| cold.mover).collect();
         self.homes = owned.iter().map(|cold| cold.home).collect();
-        let glued = |(row, cold): (usize, &Cold<S>)| matches!(cold.mover, Mover::Body(_)).then_some(row as Row);
-        self.glued = owned.iter().enumerate().filter_map(glued).collect();
+        let rows = |is: fn(Mover) -> bool| {
+            let row = move |(row, cold): (usize, &Cold<S>)| is(cold.mover).then_some(row as Row);
+            owned.iter().enumerate().filter_map(row).collect()
+        };
+        self.glued = rows(|mover| matches!(mover, Mover::Body(_)));
+        self.scripted = rows(|mover| mover == Mover::Script);
         self.near_bodies.clear();
         self.push_as_told();
         self.force.clear();
@@ -244,7 +251,7 @@ impl<S: Space> Grains<S> {
         self.hot.capacity() * size_of::<Hot<S>>()
             + self.cold.capacity() * size_of::<Cold<S>>()
             + self.movers.capacity() * size_of::<Mover>()
-            + self.glued.capacity() * size_of::<Row>()
+            + (self.glued.capacity() + self.scripted.capacity()) * size_of::<Row>()
             + self.pushed.capacity() * size_of::<(Row, S::Vector)>()
             + (self.near_bodies.capacity() + self.waiting.capacity()) * size_of::<Row>()
             + (self.waits.capacity() + self.alike.capacity()) * size_of::<bool>()

@@ -263,21 +263,26 @@ pub fn follow_gradient<S: Space>(grains: &mut Grains<S>, cell: &Cell<S>, change:
 /// of the longest way that a grain has come from home, m2; what is not a number stays so.
 pub fn drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) -> f64 {
     let owned = grains.owned;
-    let Grains { hot, cold, movers, homes, .. } = grains;
-    let cold = &cold[..owned];
-    let drift = |row: usize, hot: &mut Hot<S>| {
-        match movers[row] {
-            Mover::Free => {}
-            Mover::Body(body) => follow(hot, &bodies[body as usize]),
-            Mover::Script => hot.velocity = cold[row].script,
+    let Grains { hot, cold, movers, homes, glued, scripted, .. } = grains;
+    for row in glued.iter().map(|row| *row as usize) {
+        if let Mover::Body(body) = movers[row] {
+            follow(&mut hot[row], &bodies[body as usize]);
         }
-        drifted(hot, &homes[row], dt)
+    }
+    for row in scripted.iter().map(|row| *row as usize) {
+        hot[row].velocity = cold[row].script;
+    }
+    let chunk = |(rows, homes): (&mut [Hot<S>], &[S::Vector])| {
+        // One maximum after the other would wait for each other.
+        let mut most = [0.0; LANES];
+        for (rows, homes) in rows.chunks_mut(LANES).zip(homes.chunks(LANES)) {
+            for ((most, hot), home) in most.iter_mut().zip(rows).zip(homes) {
+                *most = larger(*most, drifted(hot, home, dt));
+            }
+        }
+        most.into_iter().fold(0.0, larger)
     };
-    let chunk = |(chunk, rows): (usize, &mut [Hot<S>])| {
-        let first = chunk * CHUNK;
-        rows.iter_mut().enumerate().fold(0.0, |most, (offset, hot)| larger(most, drift(first + offset, hot)))
-    };
-    hot[..owned].par_chunks_mut(CHUNK).enumerate().map(chunk).reduce(|| 0.0, larger)
+    hot[..owned].par_chunks_mut(CHUNK).zip(homes[..owned].par_chunks(CHUNK)).map(chunk).reduce(|| 0.0, larger)
 }
 
 #[cfg(test)]

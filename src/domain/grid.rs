@@ -10,6 +10,7 @@ use crate::dem::cell::Cell;
 use crate::dem::walls::place_beside;
 use crate::domain::accounts::ledger::Entry;
 use crate::domain::layout::Layout;
+use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
 use crate::mpm::face_rows::{Met, is_met_by};
@@ -212,7 +213,7 @@ impl<S: Space> World<'_, S> {
         if !plates && (self.assembly.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none())) {
             return;
         }
-        let dt = self.kick_share() * self.settings.grains.dt;
+        let (timer, dt) = (self.phases.start(), self.kick_share() * self.settings.grains.dt);
         let Self { assembly, bodies, reactions, .. } = self;
         assembly.pushes_on(bodies, |number, force, torque| {
             let (body, impulse, turn) = (&bodies[number], force * dt, torque * dt);
@@ -220,6 +221,7 @@ impl<S: Space> World<'_, S> {
                 reactions.on_body((number, body), &impulse, &turn);
             }
         });
+        self.phases.stop(Phase::Bodies, timer);
     }
 
     /// Impulses that have not been taken yet, and that stay so; as those of [`World::take_reactions`]. Collective.

@@ -5,12 +5,14 @@ use scree_partition::{Halo, HaloBuffers, Reader, Writer};
 
 use crate::base::error::Error;
 use crate::base::ids::PointId;
+use crate::base::lane::LANES;
 use crate::base::space::{Linear, Space};
+use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::mpm::nonlocal::{Bins, Nonlocal, Places, Seen, Weights};
+use crate::mpm::nonlocal::{Averaging, Bins, Nonlocal, Places, Seen, Weights};
 use crate::mpm::points::{Cold, Hot};
 
-/// Means that a thread takes at a time, at least.
+/// Points whose means are one task.
 const ROWS_AT_ONCE: usize = 64;
 
 /// Points around those of this rank.
@@ -18,8 +20,9 @@ pub struct Neighbourhood<S: Space> {
     pub(super) weights: Weights,
     halo: Halo,
     buffers: HaloBuffers,
-    /// What is averaged, of all of them; made and used within a step.
-    tensors: Vec<S::Tensor>,
+    /// What is averaged, of all of them, and its means; made and used within a step.
+    rows: Vec<[f64; LANES]>,
+    means: Vec<[f64; LANES]>,
     /// What points bore for their deviations at the end of the last step, Pa; none where it has not been reckoned since rows were laid.
     pub(super) overlay: Option<Vec<S::Symmetric>>,
 }
@@ -30,31 +33,31 @@ impl<S: Space> Default for Neighbourhood<S> {
             weights: Weights::default(),
             halo: Halo::default(),
             buffers: HaloBuffers::default(),
-            tensors: Vec::new(),
+            rows: Vec::new(),
+            means: Vec::new(),
             overlay: None,
         }
     }
 }
 
-/// Words of a tensor in a message, in the plane and in space.
-const PLANE: usize = 4;
-const SOLID: usize = 9;
-
 impl<S: Space> Neighbourhood<S> {
-    /// Gives copies what their originals have.
-    fn renew(&mut self, transport: &dyn scree_partition::Transport) {
-        match S::DIMENSION {
-            2 => self.renew_words::<PLANE>(transport),
-            _ => self.renew_words::<SOLID>(transport),
+    /// Lays out `W` words for each of the points of this rank and of those around them, which are `copies` more, and gives copies what their originals have.
+    fn bring<const W: usize>(
+        &mut self,
+        transport: &dyn scree_partition::Transport,
+        owned: usize,
+        word: impl Fn(usize, usize) -> f64,
+    ) {
+        let Self { halo, buffers, rows, .. } = self;
+        let (packs, copies) = (W.div_ceil(LANES), halo.receives.iter().map(|(_, rows)| rows.len()).sum::<usize>());
+        rows.resize((owned + copies) * packs, [0.0; LANES]);
+        for (row, packs) in rows[..owned * packs].chunks_exact_mut(packs).enumerate() {
+            (0..W).for_each(|at| packs[at / LANES][at % LANES] = word(row, at));
         }
-    }
-
-    fn renew_words<const W: usize>(&mut self, transport: &dyn scree_partition::Transport) {
-        let Self { halo, buffers, tensors, .. } = self;
-        halo.pack::<W>(buffers, |row| std::array::from_fn(|word| tensors[row as usize][word]));
+        halo.pack::<W>(buffers, |row| std::array::from_fn(|at| rows[row as usize * packs + at / LANES][at % LANES]));
         halo.exchange::<W>(transport, buffers, &mut || ());
         halo.unpack::<W>(buffers, |row, words| {
-            (0..W).for_each(|word| tensors[row as usize][word] = words[word]);
+            (0..W).for_each(|at| rows[row as usize * packs + at / LANES][at % LANES] = words[at]);
         });
     }
 }
@@ -86,18 +89,11 @@ impl<S: Space> World<'_, S> {
                 halo.receives.push((peer, first as u32..seen.len() as u32));
             }
         }
-        let mut around = Neighbourhood {
-            weights: Weights::default(),
-            tensors: vec![S::Tensor::zero(); seen.len()],
-            halo,
-            buffers: HaloBuffers::default(),
-            overlay: None,
-        };
+        let mut around: Neighbourhood<S> = Neighbourhood { halo, ..Neighbourhood::default() };
         let transport = self.transport;
         let everyones = |mine: &[f64]| {
-            around.tensors.iter_mut().zip(mine).for_each(|(tensor, sum): (&mut S::Tensor, _)| tensor[0] = *sum);
-            around.renew(transport);
-            around.tensors.iter().map(|tensor: &S::Tensor| tensor[0]).collect()
+            around.bring::<1>(transport, owned, |row, _| mine[row]);
+            around.rows.iter().map(|words| words[0]).collect()
         };
         around.weights = Weights::of(&how, (&seen, owned), &cell, everyones);
         self.neighbourhood = around;
@@ -142,14 +138,40 @@ impl<S: Space> World<'_, S> {
         all.into_iter().map(|bytes| read(bytes).map_err(|error| Error::Run(error.to_string()))).collect()
     }
 
-    /// Means of what the points of this rank have, over the points around each. Collective.
-    pub(crate) fn averaged_around(&mut self, own: Vec<S::Tensor>) -> Vec<S::Tensor> {
-        let (transport, around) = (self.transport, &mut self.neighbourhood);
-        let owned = own.len();
-        around.tensors[..owned].copy_from_slice(&own);
-        around.renew(transport);
-        let (weights, tensors) = (&around.weights, &around.tensors);
-        let mean = |row| weights.mean(row, |other| tensors[other]);
-        (0..owned).into_par_iter().with_min_len(ROWS_AT_ONCE).map(mean).collect()
+    /// Means over the points around each of this rank, of as many tensors of every point as are given. Collective.
+    pub(crate) fn averaged_around<const N: usize>(&mut self, own: [&[S::Tensor]; N]) -> [Vec<S::Tensor>; N] {
+        const { assert!(N == 1 || N == 2, "one tensor or two at a time") };
+        match (S::DIMENSION, N) {
+            (2, 1) => self.averaged_words::<4, N>(own),
+            (2, _) => self.averaged_words::<8, N>(own),
+            (_, 1) => self.averaged_words::<9, N>(own),
+            (_, _) => self.averaged_words::<18, N>(own),
+        }
+    }
+
+    /// The same of tensors that are `W` words together.
+    fn averaged_words<const W: usize, const N: usize>(&mut self, own: [&[S::Tensor]; N]) -> [Vec<S::Tensor>; N] {
+        let (owned, packs, of_one) = (own[0].len(), W.div_ceil(LANES), W / N);
+        let (transport, instructions) = (self.transport, self.assembly.contacts.instructions());
+        let around = &mut self.neighbourhood;
+        let timer = self.phases.start();
+        around.bring::<W>(transport, owned, |row, at| own[at / of_one][row][at % of_one]);
+        self.phases.stop(Phase::Halo, timer);
+        let timer = self.phases.start();
+        let Neighbourhood { weights, rows, means, .. } = around;
+        means.resize(owned * packs, [0.0; LANES]);
+        let tasks = means.par_chunks_mut(ROWS_AT_ONCE * packs).enumerate();
+        tasks.for_each(|(task, means)| {
+            instructions.run(Averaging { weights, first: task * ROWS_AT_ONCE, packs, rows, means });
+        });
+        let tensor = |number: usize, packs: &[[f64; LANES]]| {
+            let mut tensor = S::Tensor::zero();
+            (0..of_one).for_each(|at| tensor[at] = packs.as_flattened()[number * of_one + at]);
+            tensor
+        };
+        let means =
+            std::array::from_fn(|number| means.chunks_exact(packs).map(|packs| tensor(number, packs)).collect());
+        self.phases.stop(Phase::Gather, timer);
+        means
     }
 }

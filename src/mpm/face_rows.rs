@@ -1,9 +1,12 @@
 //! Node rows of bodies that meet points at their own face: laid as [`crate::mpm::tile::Tiles`], worked on in the tiles near faces alone.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::mpm::askew::{AskewRows, Outline};
-use crate::mpm::faces::{Brought, ColumnNode, FaceSet, SIDES};
+use crate::mpm::faces::{Brought, ColumnNode, FaceSet, Link, SIDES};
 use crate::mpm::tile::Mosaic;
 
 /// A node that faces act on.
@@ -35,14 +38,48 @@ pub fn is_met_by<S: Space>(by: [bool; 2], body: &Body<S>) -> bool {
 /// Impulses for the velocity to be held and for that by which parting is judged, N s.
 pub type Impulses<S> = [<S as Space>::Vector; 2];
 
+/// For each side, and behind them for all askew faces together, whether another acts on any node that it acts on, or itself; in the last row whether any of
+/// these nodes has grains. Counts, to be added over ranks.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Acting(pub [[i64; SIDES + 1]; SIDES + 2]);
+
+impl Acting {
+    fn with_grains(&self, side: usize) -> bool {
+        self.0[SIDES + 1][side] > 0
+    }
+
+    fn together(&self, side: usize, other: usize) -> bool {
+        self.0[side][other] > 0
+    }
+}
+
+/// A column of a face ([`FaceSet::column`]).
+#[derive(Clone, Debug)]
+pub struct Column {
+    pub side: usize,
+    /// Its face, by number.
+    pub face: usize,
+    /// Where its nodes lie among [`FaceRows::links`].
+    links: Range<usize>,
+}
+
 /// Empty where no body meets points.
 #[derive(Clone, Debug)]
 pub struct FaceRows<S: Space> {
     pub set: Option<FaceSet>,
     /// Sides that material is in front of, in the order in which they act; the same on every rank.
     pub sides: Vec<usize>,
+    /// For each side, and for all askew faces together, whether grains share any of the nodes that they act on: they then act in every step of grains, else
+    /// once in a cycle. The same on every rank.
+    pub with_grains: [bool; SIDES + 1],
     /// Tiles of this rank that may have points near faces.
     pub near: Vec<bool>,
+    /// The same by their numbers, and rows of their margins with those that these copy.
+    tiles: Arc<[usize]>,
+    copies: Vec<(u32, u32)>,
+    /// Columns whose anchors this rank owns, of all sides that material is in front of; the nodes of all of them with their tile rows.
+    pub in_line: Vec<Column>,
+    pub links: Vec<(Link<S>, usize)>,
     /// By tile row, and of owned nodes.
     pub brought: Vec<Brought>,
     pub sums: Vec<Brought>,
@@ -59,7 +96,12 @@ impl<S: Space> Default for FaceRows<S> {
         Self {
             set: None,
             sides: Vec::new(),
+            with_grains: [false; SIDES + 1],
             near: Vec::new(),
+            tiles: Arc::default(),
+            copies: Vec::new(),
+            in_line: Vec::new(),
+            links: Vec::new(),
             brought: Vec::new(),
             sums: Vec::new(),
             columns: Vec::new(),
@@ -76,7 +118,12 @@ impl<S: Space> FaceRows<S> {
         Self {
             set: None,
             sides: Vec::new(),
+            with_grains: [false; SIDES + 1],
             near: vec![false; mosaic.tiles],
+            tiles: Arc::default(),
+            copies: Vec::new(),
+            in_line: Vec::new(),
+            links: Vec::new(),
             brought: vec![Brought::ZERO; gathered],
             sums: vec![Brought::ZERO; mosaic.owned.len()],
             columns: vec![ColumnNode::zero(); spread],
@@ -101,7 +148,44 @@ impl<S: Space> FaceRows<S> {
                 self.askew.brought[tile * len..][..len].fill(Outline::ZERO);
             }
         }
-        (self.set, self.near) = (Some(set), near);
+        if self.near != near {
+            self.tiles = (0..near.len()).filter(|tile| near[*tile]).collect();
+            self.copies = mosaic.copies_of(|tile| near[tile]).copied().collect();
+            self.near = near;
+        }
+        self.set = Some(set);
+    }
+
+    /// Finds the columns of the sides that material is in front of, in tiles that have so many nodes along an edge.
+    pub fn find_columns(&mut self, mosaic: &Mosaic, edge: usize) {
+        self.in_line.clear();
+        self.links.clear();
+        let Some(set) = &self.set else { return };
+        let (per_tile, edge, mut nodes) = (mosaic.owned_per_tile(), edge as i64, Vec::new());
+        for &side in &self.sides {
+            for anchor in self.tiles.iter().flat_map(|tile| &mosaic.owned[tile * per_tile..(tile + 1) * per_tile]) {
+                for face in (0..set.faces.len()).filter(|number| set.faces[*number].side == side) {
+                    nodes.clear();
+                    set.column::<S>(face, anchor.place, &mut nodes);
+                    if nodes.is_empty() {
+                        continue;
+                    }
+                    let row = |link: &Link<S>| {
+                        let [x, y, z] = link.steps.map(i64::from);
+                        (i64::from(anchor.row) + (z * edge + y) * edge + x) as usize
+                    };
+                    let first = self.links.len();
+                    self.links.extend(nodes.iter().map(|link| (*link, row(link))));
+                    self.in_line.push(Column { side, face, links: first..self.links.len() });
+                }
+            }
+        }
+    }
+
+    /// Columns of a side, by their faces: nodes of each with their tile rows.
+    pub fn columns_on(&self, side: usize) -> impl Iterator<Item = (usize, &[(Link<S>, usize)])> {
+        let columns = self.in_line.iter().filter(move |column| column.side == side);
+        columns.map(|column| (column.face, &self.links[column.links.clone()]))
     }
 
     /// Whether a tile of this rank may have points near faces.
@@ -109,14 +193,10 @@ impl<S: Space> FaceRows<S> {
         self.near.get(tile) == Some(&true)
     }
 
-    /// Tiles near faces, and the nodes that they own.
-    fn tiles(&self) -> Vec<usize> {
-        (0..self.near.len()).filter(|tile| self.near[*tile]).collect()
-    }
-
+    /// Nodes that tiles near faces own.
     pub fn owned(&self, mosaic: &Mosaic) -> impl Iterator<Item = usize> + use<S> {
-        let per_tile = mosaic.owned_per_tile();
-        self.tiles().into_iter().flat_map(move |tile| tile * per_tile..(tile + 1) * per_tile)
+        let (per_tile, tiles) = (mosaic.owned_per_tile(), Arc::clone(&self.tiles));
+        (0..tiles.len()).flat_map(move |at| tiles[at] * per_tile..(tiles[at] + 1) * per_tile)
     }
 
     /// Sums of all tiles at the nodes that tiles near faces own, in the one order of neighbours.
@@ -150,15 +230,45 @@ impl<S: Space> FaceRows<S> {
         }
     }
 
-    /// For each side whether any material is in front of it at the nodes that this rank owns: 1 or 0.
-    pub fn sides_met(&self, mosaic: &Mosaic) -> [i64; SIDES] {
-        let mut met = [0; SIDES];
+    /// Which sides act on an owned node, and whether askew faces do.
+    fn acting_on(&self, number: usize) -> [bool; SIDES + 1] {
+        let askew = self.askew.sums.get(number).is_some_and(Outline::is_reached);
+        std::array::from_fn(|side| if side < SIDES { self.sums[number].area(side) != 0.0 } else { askew })
+    }
+
+    /// What acts on the nodes that this rank owns, of which some have grains, by `has_grains`.
+    pub fn acting(&self, mosaic: &Mosaic, has_grains: impl Fn(usize) -> bool) -> Acting {
+        let mut acting = Acting::default();
         for number in self.owned(mosaic) {
-            for (side, met) in met.iter_mut().enumerate() {
-                *met |= i64::from(self.sums[number].area(side) != 0.0);
+            let on = self.acting_on(number);
+            for side in (0..=SIDES).filter(|side| on[*side]) {
+                acting.0[SIDES + 1][side] |= i64::from(has_grains(number));
+                (0..=SIDES).filter(|other| on[*other]).for_each(|other| acting.0[side][other] = 1);
             }
         }
-        met
+        acting
+    }
+
+    /// Takes what acts on the nodes of all ranks.
+    pub fn act(&mut self, acting: &Acting) {
+        self.sides.clear();
+        self.sides.extend((0..SIDES).filter(|side| acting.together(*side, *side)));
+        self.with_grains = std::array::from_fn(|side| acting.with_grains(side));
+        // Those that act on one and the same node do so at once; a chain of them has at most as many links.
+        for _ in 0..SIDES {
+            let before = self.with_grains;
+            let meets = |side: usize| (0..=SIDES).any(|other| before[other] && acting.together(side, other));
+            self.with_grains = std::array::from_fn(|side| before[side] || meets(side));
+        }
+    }
+
+    /// Whether faces act on an owned node, and if so, in every step of grains.
+    pub fn acts_with_grains(&self, mosaic: &Mosaic, number: usize) -> Option<bool> {
+        if !self.met_by(mosaic, number).contains(&true) {
+            return None;
+        }
+        let on = self.acting_on(number);
+        Some((0..=SIDES).any(|side| on[side] && self.with_grains[side]))
     }
 
     /// What owned nodes show to the columns of a side.
@@ -171,8 +281,8 @@ impl<S: Space> FaceRows<S> {
     }
 
     /// Margins of tiles near faces from the owners' rows.
-    pub fn copy_margins(&mut self, mosaic: &Mosaic) {
-        for &(to, from) in mosaic.copies_of(|tile| self.near[tile]) {
+    pub fn copy_margins(&mut self) {
+        for &(to, from) in &self.copies {
             self.columns[to as usize] = self.columns[from as usize];
         }
     }
@@ -180,7 +290,7 @@ impl<S: Space> FaceRows<S> {
     /// No column has acted on the tiles near faces.
     pub fn clear_impulses(&mut self, mosaic: &Mosaic) {
         let len = mosaic.nodes_per_tile;
-        for tile in self.tiles() {
+        for &tile in &*self.tiles {
             self.impulses[tile * len..][..len].fill([S::Vector::zero(); 2]);
         }
     }
@@ -189,7 +299,8 @@ impl<S: Space> FaceRows<S> {
     pub fn take(&mut self, mosaic: &Mosaic, side: usize) {
         for number in self.owned(mosaic) {
             let mass = self.met[number].mass;
-            if mass <= 0.0 {
+            // No column gives a node anything that has no area before it.
+            if mass <= 0.0 || self.sums[number].area(side) == 0.0 {
                 continue;
             }
             let mut sums = [S::Vector::zero(); 2];

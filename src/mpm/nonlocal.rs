@@ -42,10 +42,9 @@
 //! Without the mean of the stress, which Liu et al. leave out (`adjoint`), stresses do not resist deformation finer than R at all: a specimen in
 //! biaxial compression blows up within 0.2 to 0.4 % of strain (docs/validation/mpm_dem.md).
 
-use std::ops::{Add, Mul};
-
 use crate::base::ids::{PointId, Row};
 use crate::base::keys::{Form, LENGTH, POSITIVE, RATIO, Range, choose, count, flag, number, text};
+use crate::base::lane::{LANES, Pack, Packed};
 use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::dem::cell::Cell;
@@ -177,23 +176,41 @@ impl Weights {
         weights
     }
 
-    /// Mean over the points around one, of what each row has.
-    pub fn mean<T>(&self, point: usize, of: impl Fn(usize) -> T) -> T
-    where
-        T: Copy + Add<Output = T> + Mul<f64, Output = T>,
-    {
-        let own = of(point) * self.rests[point];
-        self.around(point).fold(own, |sum, (row, weight)| sum + of(*row as usize) * *weight)
-    }
-
     /// What a point and its images have in its own mean.
     pub fn own(&self, point: usize) -> f64 {
         let own = self.around(point).filter(|(row, _)| *row as usize == point);
         self.rests[point] + own.map(|(_, weight)| weight).sum::<f64>()
     }
 
-    fn around(&self, point: usize) -> impl Iterator<Item = &(Row, f64)> {
+    fn around(&self, point: usize) -> std::slice::Iter<'_, (Row, f64)> {
         self.neighbours[self.firsts[point]..self.firsts[point + 1]].iter()
+    }
+}
+
+/// Means around points one after the other from `first` on, of numbers that every row has `packs` times eight of.
+pub struct Averaging<'a> {
+    pub weights: &'a Weights,
+    pub first: usize,
+    pub packs: usize,
+    pub rows: &'a [[f64; LANES]],
+    pub means: &'a mut [[f64; LANES]],
+}
+
+impl Packed for Averaging<'_> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        let Self { weights, first, packs, rows, means } = self;
+        for (point, means) in (first..).zip(means.chunks_exact_mut(packs)) {
+            for (pack, mean) in means.iter_mut().enumerate() {
+                let mut sum = P::load(&rows[point * packs + pack]) * P::splat(weights.rests[point]);
+                for (row, weight) in weights.around(point) {
+                    sum = sum + P::load(&rows[*row as usize * packs + pack]) * P::splat(*weight);
+                }
+                sum.store(mean);
+            }
+        }
     }
 }
 
@@ -283,6 +300,7 @@ fn box_of<S: Space>(place: &S::Vector, edge: f64) -> [i64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::lane::Instructions;
     use crate::base::math;
     use crate::base::space::Plane;
 
@@ -304,6 +322,37 @@ mod tests {
     }
 
     const HOW: Nonlocal = Nonlocal { radius: 0.25, ..Nonlocal::BLANK };
+
+    impl Weights {
+        /// <G> of a point as the equation has it, of a number that every row has.
+        fn mean(&self, point: usize, of: impl Fn(usize) -> f64) -> f64 {
+            let own = of(point) * self.rests[point];
+            self.around(point).fold(own, |sum, (row, weight)| sum + of(*row as usize) * *weight)
+        }
+    }
+
+    #[test]
+    fn means_in_lanes_are_those_of_numbers_one_by_one() {
+        let seen = points(9);
+        let weights = weights(&HOW, &seen, &cell(true));
+        let number = |row: usize, word: usize| ((row * 31 + word * 17) % 23) as f64 / 7.0 - 1.0;
+        for packs in [1, 3] {
+            let word = |row: usize, pack: usize, lane: usize| number(row, pack * LANES + lane);
+            let rows: Vec<[f64; LANES]> = (0..seen.len() * packs)
+                .map(|at| std::array::from_fn(|lane| word(at / packs, at % packs, lane)))
+                .collect();
+            let first = 5;
+            for instructions in Instructions::here() {
+                let mut means = vec![[0.0; LANES]; (seen.len() - first) * packs];
+                instructions.run(Averaging { weights: &weights, first, packs, rows: &rows, means: &mut means });
+                for (at, found) in means.iter().enumerate() {
+                    let expected =
+                        std::array::from_fn(|lane| weights.mean(first + at / packs, |row| word(row, at % packs, lane)));
+                    assert_eq!(*found, expected);
+                }
+            }
+        }
+    }
 
     /// The operator is its own adjoint, so that power is the same on both sides, and uniform fields are kept to either of them.
     fn keeps_power(weights: &Weights, seen: &[Seen<Plane>]) {

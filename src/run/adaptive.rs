@@ -175,6 +175,7 @@ impl Adaptive<'_> {
             "points": done.points,
             "points_whole": done.points_whole,
             "mass_factors": done.mass_factors,
+            "seconds_of_steps": seconds_of_steps(core),
         });
         record_change(core, "zone_shrank", (figures, &done.kept), strain)?;
         Ok(true)
@@ -189,7 +190,7 @@ impl Adaptive<'_> {
             Finder::Known(_) => "training grains for known shear bands",
         };
         tracing::info!(step = core.world.step, strain, "{what}");
-        let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);
+        let stepped = seconds_of_steps(core);
         let started = std::time::Instant::now();
         let flagged = core.progress.oracle.flagged.clone();
         let refusal = match self.plan(&flagged, core)? {
@@ -249,6 +250,11 @@ impl Adaptive<'_> {
             core.progress.instants = Instants::default();
         }
     }
+}
+
+/// Wall time of the steps of this stretch, without what output took, s.
+fn seconds_of_steps(core: &PlanarCore) -> f64 {
+    core.world.phases.total() - core.world.phases.of(Phase::Output)
 }
 
 /// Told in the log and to whoever looks on.

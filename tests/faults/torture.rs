@@ -14,7 +14,7 @@ use crate::mpirun::{SCREE, finished, launching, turn, words};
 use crate::runs::copy_folder;
 use crate::zones::restless;
 
-const SECONDS_DEFAULT: u64 = 120;
+const SECONDS_DEFAULT: u64 = 60;
 /// No life lasts so long.
 const PATIENCE: Duration = Duration::from_secs(240);
 /// How long MPI may take to be up, and how long a launcher may take to see that one of its processes is gone.

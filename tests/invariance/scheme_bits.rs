@@ -115,7 +115,7 @@ fn job(dimension: usize, scheme: &str) -> String {
 
 /// Multiples of three; a step in space costs many times as much.
 fn steps(dimension: usize) -> usize {
-    if dimension == 2 { 60 } else { 30 }
+    if dimension == 2 { 60 } else { 12 }
 }
 
 /// With other ranks and threads, resumed, and with narrower registers.

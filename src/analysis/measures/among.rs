@@ -149,10 +149,18 @@ impl<'a> Among<'a> {
         self.members.iter().filter(|member| member.is("hybrid"))
     }
 
-    /// The strain from which a member is compared: that of its enrichment, or of the last hybrid of its case; zero where
+    /// Hybrids that begin as a continuum, in which grains are to take the places of points.
+    pub fn to_be_enriched(&self) -> impl Iterator<Item = &Member<'a>> {
+        self.hybrids().filter(|member| !member.run.begins_as_grains())
+    }
+
+    /// The strain from which a member is compared: that from which it has grains and points, or of the last hybrid of its case; zero where
     /// there is none.
     pub fn compared_from(&self, member: &Member) -> f64 {
-        let strain = |run: &Run| run.enrichment().map(|(_, strain)| strain);
+        let strain = |run: &Run| match run.begins_as_grains() {
+            true => run.has_both_from().map(|time| run.at(time)),
+            false => run.enrichment().map(|(_, strain)| strain),
+        };
         let hybrids = self.of_method(member.case, "hybrid").filter_map(|hybrid| strain(hybrid.run));
         strain(member.run).unwrap_or_else(|| hybrids.fold(0.0, f64::max))
     }

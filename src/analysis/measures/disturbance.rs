@@ -94,7 +94,7 @@ pub fn measured(among: &Among) -> Found<Vec<Disturbed>> {
         let by = Disturbance::of(&member.run.drive.values, member.stress(), row, at, window(member));
         Some(Disturbed { who: member.who.clone(), by })
     };
-    let silent = among.hybrids().filter(|member| member.run.cut().is_none());
+    let silent = among.to_be_enriched().filter(|member| member.run.cut().is_none());
     let line = |member: &Member| format!("{} was not enriched: nothing was disturbed.", member.who.run);
     let left_out = silent.map(line).collect();
     Found::of(among.hybrids().filter_map(disturbed).collect(), left_out)

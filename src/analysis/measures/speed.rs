@@ -41,14 +41,14 @@ struct Times {
     output: f64,
     /// Ranks, and threads of each.
     cores: [f64; 2],
-    enrichment: Option<Pause>,
+    turn: Option<Pause>,
 }
 
-/// An enrichment within a stretch.
+/// Where within a stretch grains and points come to be both there: an enrichment, or the first points of what began as grains.
 struct Pause {
     /// Simulated time, s.
     at: f64,
-    /// Seconds of the steps of the stretch before it, and of the training.
+    /// Seconds of the steps of the stretch before it, and of the training where there is one.
     before: f64,
     training: f64,
 }
@@ -59,12 +59,15 @@ impl Times {
         let wall = number("wall_seconds")?;
         let steps = (1e6 * wall / number("microseconds_per_step")?).round();
         let (steps_all, step) = (number("steps")?, run.number("time.step")?);
-        // The summary of a run that was resumed still has the figures of an enrichment before.
+        // The summary of a run that was resumed still has the figures of what came before.
         let begin = (steps_all - steps) * step;
-        let at = number("enriched_at_time").filter(|at| *at >= begin);
-        let pause = |at: f64| {
-            let (before, training) = (number("seconds_of_steps_before_enrichment")?, number("training_seconds")?);
-            Some(Pause { at, before, training })
+        let at = run.has_both_from().filter(|at| *at >= begin);
+        let pause = |at: f64| match run.begins_as_grains() {
+            true => Some(Pause { at, before: number("seconds_of_steps_before_points")?, training: 0.0 }),
+            false => {
+                let (before, training) = (number("seconds_of_steps_before_enrichment")?, number("training_seconds")?);
+                Some(Pause { at, before, training })
+            }
         };
         Some(Self {
             wall,
@@ -74,7 +77,7 @@ impl Times {
             together: run.number("time.grain_steps").unwrap_or(1.0),
             output: phase(run, "output"),
             cores: [number("ranks")?, number("threads").unwrap_or(1.0)],
-            enrichment: at.and_then(pause),
+            turn: at.and_then(pause),
         })
         .filter(|times| times.wall > 0.0 && times.steps > 0.0)
     }
@@ -85,7 +88,7 @@ impl Times {
 
     /// Seconds of steps, without output and training.
     fn seconds(&self) -> f64 {
-        self.wall - self.output - self.enrichment.as_ref().map_or(0.0, |pause| pause.training)
+        self.wall - self.output - self.turn.as_ref().map_or(0.0, |pause| pause.training)
     }
 
     /// The same for a simulated second.
@@ -125,7 +128,7 @@ pub struct Speed {
     pub ranks_x_threads: [String; 2],
     /// Wall time for wall time, with output and training; none where one of the two was resumed.
     pub whole_run: Option<f64>,
-    /// Steps after enrichment; none where the summary does not tell them apart.
+    /// Steps with grains and points, after enrichment or once the first points of what began as grains are there; none where they are not told apart.
     pub after_enrichment: Option<f64>,
     /// Share of coupling in the hybrid's time of steps.
     pub coupling_share: f64,
@@ -143,11 +146,11 @@ pub struct Formula {
     pub speed_up: f64,
 }
 
-/// Seconds of steps after enrichment for a simulated second.
+/// Seconds of steps with grains and points for a simulated second.
 fn pace_after(hybrid: &Run, times: &Times) -> Option<f64> {
-    let Some(pause) = &times.enrichment else {
+    let Some(pause) = &times.turn else {
         // All of the stretch lies after it, unless the summary does not say how long it took.
-        let is_earlier = hybrid.told("enriched_at_time")? < (times.steps_all - times.steps) * times.step;
+        let is_earlier = hybrid.has_both_from()? < (times.steps_all - times.steps) * times.step;
         return is_earlier.then(|| times.pace());
     };
     let simulated = times.steps_all * times.step - pause.at;
@@ -233,7 +236,7 @@ fn compare(among: &Among, hybrid: &Member, partner: &Member) -> Result<Option<Sp
 
 pub fn measured(among: &Among) -> Result<Found<Vec<Speed>>, Error> {
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
-    for hybrid in among.hybrids().filter(|member| member.run.cut().is_some()) {
+    for hybrid in among.hybrids().filter(|member| member.run.has_both_from().is_some()) {
         let Some(partner) = among.partner(hybrid) else { continue };
         match compare(among, hybrid, partner)? {
             Some(compared) => all.push(compared),
@@ -257,7 +260,7 @@ pub fn measured(among: &Among) -> Result<Found<Vec<Speed>>, Error> {
         left_out.push("Speed-ups of runs on different numbers of ranks and threads say little.".to_owned());
     }
     if all.iter().any(|compared| compared.after_enrichment.is_none()) {
-        let why = "Where steps after enrichment have no speed-up, the summary does not tell their time apart.";
+        let why = "Where steps with grains and points have no speed-up, the summary does not tell their time apart.";
         left_out.push(why.to_owned());
     }
     Ok(Found::of(all, left_out))

@@ -108,7 +108,7 @@ fn compare(among: &Among, hybrid: &Member) -> Result<Result<Trained, String>, Er
 
 pub fn measured(among: &Among) -> Result<Found<Vec<Trained>>, Error> {
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
-    for hybrid in among.hybrids() {
+    for hybrid in among.to_be_enriched() {
         match compare(among, hybrid)? {
             Ok(trained) => {
                 if trained.grains_in_common < SHARED_LEAST {

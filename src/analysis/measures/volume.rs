@@ -124,7 +124,11 @@ pub fn measured(among: &Among, bands: Option<&Bands>) -> Result<Found<Vec<Volume
         let first = run.frame_at(since).max(run.enriched.unwrap_or(0));
         let band = measured.zip(run.span).map(|(own, span)| Swelling::of(run, &span, &own.members(), first));
         let band = band.transpose()?.flatten();
-        let zone = if member.is("hybrid") && is_apart { Some(of_zone(among, member)?) } else { None };
+        let zone = if member.is("hybrid") && !run.begins_as_grains() && is_apart {
+            Some(of_zone(among, member)?)
+        } else {
+            None
+        };
         let zone = zone.and_then(|zone| zone.map_err(|why| left_out.push(why)).ok());
         let whole = run.column("volume_strain");
         let places = if whole.is_empty() { &[] } else { run.drive.values.as_slice() };

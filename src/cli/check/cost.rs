@@ -42,13 +42,18 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let packing = if forecast.piece == 0.0 && is_made { ", without the packing" } else { "" };
     let enriched = match (is_hybrid, begins_as_grains) {
         (true, false) => ", with its zone of grains from the start",
-        (true, true) => ", as if grains beside a band rested from the start",
+        (true, true) => ", the shorter if grains beside a band rested from the start and the longer if none ever do",
         _ => "",
     };
     let time = forecast.steps + forecast.outputs;
     let least = if job.method().has_rves() { ", and more as RVEs strain faster" } else { "" };
     let note = format!("about{packing}{enriched}{least}, at {} and step", costs.join(" and "));
-    page.row("time to run", &duration(time), &note);
+    let alone = forecast.speed_up * forecast.steps + forecast.outputs;
+    let told = match begins_as_grains && alone > time {
+        true => format!("{} to {}", duration(time), duration(alone)),
+        false => duration(time),
+    };
+    page.row("time to run", &told, &note);
     match &slots.unmeasured {
         None => {
             let threads = counted(rayon::current_num_threads(), "thread");

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! so that grains of the rim are held in every step of theirs, and each of them keeps momentum. Nodes without grains take
-//! the whole cycle at once, at its end. With m = 1 this is the scheme of Yue et al. (2018).
+//! the whole cycle at once, at its end, and so do sides of bodies before which grains share none. With m = 1 this is the scheme of Yue et al. (2018).
 //!
 //! Bodies take the whole cycle at once, at its beginning, under the force that grains and nodes then put on them; what they take of both is
 //! booked as it comes, and what a servo did not foresee of it is given to it in the next cycle. Nothing is looked at and no row moves within
@@ -146,18 +146,20 @@ impl<S: Space> World<'_, S> {
         let (mosaic, grid) = (&nodes.mosaic, &settings.grid);
         let conditions = BoundaryConditions { grid, layout, bodies, periods, gravity, moment: Moment::Step };
         let per_tile = mosaic.owned_per_tile();
-        let wanted =
-            (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && (shared[*tile] || faces.is_near(*tile)));
+        let meets_grains = faces.with_grains.contains(&true);
+        let is_met = |tile: usize| meets_grains && faces.is_near(tile);
+        let wanted = (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && (shared[*tile] || is_met(*tile)));
         for number in wanted.flat_map(|tile| tile * per_tile..(tile + 1) * per_tile) {
             let (node, sum, grains) = (&mosaic.owned[number], &mut sums[number], &grain_sums[number]);
             let change = &mut grain_changes[node.row as usize];
-            // Columns of a face go together, whether grains are among their nodes or not.
-            let met = faces.met_at(mosaic, number);
-            if sum.mass() <= 0.0 || (grains.mass() <= 0.0 && met.is_none()) {
+            // Columns of faces go together, whether grains are among their nodes or not; a grain that has come to those that wait finds them at rest.
+            let meets = faces.acts_with_grains(mosaic, number);
+            let waits = meets == Some(false) || (meets.is_none() && grains.mass() <= 0.0);
+            if sum.mass() <= 0.0 || waits {
                 *change = nodes::without_points(grains);
                 continue;
             }
-            let stride = &mut strides[number];
+            let (met, stride) = (faces.met_at(mosaic, number), &mut strides[number]);
             if stride.taken == 0 {
                 stride.brought = sum.momentum() * (1.0 / sum.mass());
             }

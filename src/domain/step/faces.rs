@@ -2,6 +2,8 @@
 //! columns, impulses back. Faces of one side act at once, for no node is in two columns of theirs; one side follows on the other. Those askew
 //! to the grid come last ([`crate::domain::step::askew`]).
 
+use std::mem;
+
 use scree_partition::ExactSum;
 
 use crate::base::parallel::{Held, over_blocks};
@@ -16,7 +18,7 @@ use crate::mpm::continuum::Continuum;
 use crate::mpm::face_rows::{FaceRows, Met};
 use crate::mpm::faces::{Brought, ColumnNode, ColumnSums, FaceSet, Link, SIDES};
 use crate::mpm::nodes;
-use crate::mpm::tile::{GrainNode, Mosaic};
+use crate::mpm::tile::GrainNode;
 
 /// Numbers of a node in a message, in the plane and in space: areas and touches of all sides; mass, area, touch and both velocities; and
 /// both impulses.
@@ -68,12 +70,26 @@ impl<S: Space> World<'_, S> {
         }
         let has_in_line = set.has_in_line();
         tiles.faces.place(mosaic, set, near);
-        tiles.faces.sides.clear();
         self.phases.stop(Phase::Scatter, timer);
         if has_in_line {
             self.fill_in_line();
         }
         self.fill_askew();
+        self.find_sides();
+    }
+
+    /// Which sides have material in front of them, where their columns are, and whether grains share nodes there. Collective.
+    fn find_sides(&mut self) {
+        let timer = self.phases.start();
+        let (mosaic, tiles) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles);
+        let has_grains = |number: usize| tiles.grain_sums.get(number).is_some_and(|grains| grains.mass() > 0.0);
+        let mut acting = tiles.faces.acting(mosaic, has_grains);
+        if self.transport.size() > 1 {
+            self.transport.sum(acting.0.as_flattened_mut());
+        }
+        tiles.faces.act(&acting);
+        tiles.faces.find_columns(mosaic, self.subdomain.layout.tile_edge());
+        self.phases.stop(Phase::Nodes, timer);
     }
 
     fn fill_in_line(&mut self) {
@@ -97,13 +113,7 @@ impl<S: Space> World<'_, S> {
             _ => self.gather_brought::<{ BROUGHT[1] }>(),
         }
         let timer = self.phases.start();
-        let (mosaic, faces) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles.faces);
-        faces.sum(mosaic);
-        let mut met = faces.sides_met(mosaic);
-        if self.transport.size() > 1 {
-            self.transport.sum(&mut met);
-        }
-        faces.sides.extend((0..SIDES).filter(|side| met[*side] > 0));
+        self.continuum.tiles.faces.sum(&self.subdomain.nodes.mosaic);
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -164,7 +174,7 @@ impl<S: Space> World<'_, S> {
             2 => self.spread_columns::<{ COLUMN[0] }>(),
             _ => self.spread_columns::<{ COLUMN[1] }>(),
         }
-        self.continuum.tiles.faces.copy_margins(&self.subdomain.nodes.mosaic);
+        self.continuum.tiles.faces.copy_margins();
     }
 
     fn spread_columns<const W: usize>(&mut self) {
@@ -193,14 +203,19 @@ impl<S: Space> World<'_, S> {
         );
     }
 
-    /// Bodies act on the nodes before their faces, which then have gone as far as the grains; a cycle's last step takes them to its end.
+    /// Bodies act on the nodes before their faces, which then have gone as far as the grains; a cycle's last step takes them to its end. Where grains share
+    /// none of the nodes of a side, that is all of it.
     pub(crate) fn meet_faces(&mut self, moment: Moment) {
-        if !self.meets_faces() {
+        let within_cycle = moment == Moment::Step && !self.ends_cycle();
+        if !self.meets_faces() || (within_cycle && !self.continuum.tiles.faces.with_grains.contains(&true)) {
             return;
         }
         self.unmet(moment, false);
         for at in 0..self.continuum.tiles.faces.sides.len() {
             let side = self.continuum.tiles.faces.sides[at];
+            if within_cycle && !self.continuum.tiles.faces.with_grains[side] {
+                continue;
+            }
             self.show_nodes(side);
             self.push_columns(side, moment);
             match S::DIMENSION {
@@ -210,36 +225,41 @@ impl<S: Space> World<'_, S> {
             let (mosaic, tiles) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles);
             tiles.faces.take(mosaic, side);
         }
-        self.meet_askew(moment);
+        if !within_cycle || self.continuum.tiles.faces.with_grains[SIDES] {
+            self.meet_askew(moment);
+        }
     }
 
     /// Impulses of the columns of a side whose anchors this rank owns, booked where they act.
     fn push_columns(&mut self, side: usize, moment: Moment) {
         let timer = self.phases.start();
         let Self { subdomain, continuum: Continuum { tiles, .. }, bodies, reactions, .. } = self;
-        let (mosaic, edge) = (&subdomain.nodes.mosaic, subdomain.layout.tile_edge());
-        tiles.faces.clear_impulses(mosaic);
-        let FaceRows { set, near, columns, impulses, .. } = &mut tiles.faces;
-        let set = set.as_ref().expect("faces were placed before they act");
+        tiles.faces.clear_impulses(&subdomain.nodes.mosaic);
+        let mut impulses = mem::take(&mut tiles.faces.impulses);
+        let faces = &tiles.faces;
+        let set = faces.set.as_ref().expect("faces were placed before they act");
         let mut booked = Reactions::default();
-        for_each_column::<S>(set, near, mosaic, edge, side, |number, links| {
+        for (number, links) in faces.columns_on(side) {
             let (body, normal) = (set.faces[number].body, set.faces[number].normal::<S>());
-            let rigid = &bodies[body];
-            let Some((grip, separates)) = rigid.acts_on_points() else { return };
+            let (rigid, columns) = (&bodies[body], &faces.columns);
+            let Some((grip, separates)) = rigid.acts_on_points() else { continue };
             let sums = ColumnSums::of(nodes_of(columns, links, |place| rigid.velocity_at(place)));
             if !sums.is_met(&normal, separates) {
-                return;
+                continue;
             }
             let pressures = sums.pressures(&normal, grip);
+            let (mut taken, mut turn) = (S::Vector::zero(), S::Spin::zero());
             for (link, row) in links.iter().filter(|(_, row)| columns[*row].mass > 0.0) {
                 let given = pressures.map(|pressure| pressure * columns[*row].area);
                 impulses[*row] = given;
-                if moment == Moment::Step {
-                    let (taken, arm) = (-given[0], link.place - rigid.origin());
-                    booked.on_body((body, rigid), &taken, &S::moment(&arm, &taken));
-                }
+                taken -= given[0];
+                turn -= S::moment(&(link.place - rigid.origin()), &given[0]);
             }
-        });
+            if moment == Moment::Step {
+                booked.on_body((body, rigid), &taken, &turn);
+            }
+        }
+        tiles.faces.impulses = impulses;
         reactions.merge(&booked);
         self.phases.stop(Phase::Nodes, timer);
     }
@@ -268,17 +288,16 @@ impl<S: Space> World<'_, S> {
         for at in 0..self.continuum.tiles.faces.sides.len() {
             let side = self.continuum.tiles.faces.sides[at];
             self.show_nodes(side);
-            let tiles = &self.continuum.tiles;
-            let (mosaic, edge) = (&self.subdomain.nodes.mosaic, self.subdomain.layout.tile_edge());
-            let set = tiles.faces.set.as_ref().expect("faces were placed before servos ask");
-            for_each_column::<S>(set, &tiles.faces.near, mosaic, edge, side, |number, links| {
+            let faces = &self.continuum.tiles.faces;
+            let set = faces.set.as_ref().expect("faces were placed before servos ask");
+            for (number, links) in faces.columns_on(side) {
                 let (body, normal) = (set.faces[number].body, set.faces[number].normal::<S>());
                 let rigid = &self.bodies[body];
-                let Some((grip, separates)) = rigid.acts_on_points().filter(|_| rigid.feels_nodes()) else { return };
-                let columns = &tiles.faces.columns;
+                let Some((grip, separates)) = rigid.acts_on_points().filter(|_| rigid.feels_nodes()) else { continue };
+                let columns = &faces.columns;
                 let now = ColumnSums::of(nodes_of(columns, links, |place| rigid.velocity_at(place)));
                 if !now.is_met(&normal, separates) {
-                    return;
+                    continue;
                 }
                 // The servo's answer is the velocity of the body; what its spin adds is known.
                 let spins = |place: &S::Vector| rigid.velocity_at(place) - rigid.velocity;
@@ -289,38 +308,6 @@ impl<S: Space> World<'_, S> {
                     sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
                 }
                 sums.add(BODY_SLOTS * body + 9, mass);
-            });
-        }
-    }
-}
-
-/// Calls `visit(face, nodes)` for every column of a side whose anchor a tile near faces owns, with the tile row of each node.
-fn for_each_column<S: Space>(
-    set: &FaceSet,
-    near: &[bool],
-    mosaic: &Mosaic,
-    edge: usize,
-    side: usize,
-    mut visit: impl FnMut(usize, &[(Link<S>, usize)]),
-) {
-    let (per_tile, edge) = (mosaic.owned_per_tile(), edge as i64);
-    let mut nodes: Vec<Link<S>> = Vec::new();
-    let mut links: Vec<(Link<S>, usize)> = Vec::new();
-    for tile in (0..mosaic.tiles).filter(|tile| near[*tile]) {
-        for anchor in &mosaic.owned[tile * per_tile..(tile + 1) * per_tile] {
-            for number in (0..set.faces.len()).filter(|number| set.faces[*number].side == side) {
-                nodes.clear();
-                set.column::<S>(number, anchor.place, &mut nodes);
-                if nodes.is_empty() {
-                    continue;
-                }
-                let row = |link: &Link<S>| {
-                    let [x, y, z] = link.steps.map(i64::from);
-                    (i64::from(anchor.row) + (z * edge + y) * edge + x) as usize
-                };
-                links.clear();
-                links.extend(nodes.iter().map(|link| (*link, row(link))));
-                visit(number, &links);
             }
         }
     }

@@ -19,6 +19,9 @@ use crate::rve::Frame;
 /// Octets whose laws are followed in one task.
 const OCTETS_PER_TASK: usize = 8;
 
+/// F of each point, and the mean of that around it.
+pub(super) type Deformations<S> = [Vec<<S as Space>::Tensor>; 2];
+
 /// What points go through in a step, F(n+1) F(n)^-1 - 1 of each, and its mean around each.
 pub(super) struct Increments<S: Space> {
     pub own: Vec<S::Tensor>,
@@ -60,9 +63,24 @@ impl<S: Space> World<'_, S> {
             hot.deformation * back - S::identity()
         };
         let own: Vec<S::Tensor> = self.continuum.points.hot.iter().zip(&from).map(increment).collect();
-        let mean = self.averaged_around(own.clone());
+        let to: Vec<S::Tensor> = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
+        let (mean, reached) = match self.has_overlay() {
+            true => {
+                let [mean, of_to] = self.averaged_around([&own, &to]);
+                (mean, Some([to, of_to]))
+            }
+            false => {
+                let [mean] = self.averaged_around([&own]);
+                (mean, None)
+            }
+        };
         self.follow_by_laws(&mean);
-        self.average_stress(&before, &Increments { own, mean })
+        self.average_stress(&before, &Increments { own, mean }, reached)
+    }
+
+    /// Whether points bear something for their deviation from the mean around them.
+    fn has_overlay(&self) -> bool {
+        self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.adjoint)
     }
 
     fn follow_by_laws(&mut self, increments: &[S::Tensor]) {
@@ -83,24 +101,35 @@ impl<S: Space> World<'_, S> {
     pub(super) fn overlay_before(&mut self) -> Result<Vec<S::Symmetric>, Error> {
         match self.neighbourhood.overlay.take() {
             Some(kept) => Ok(kept),
-            None => self.overlay(),
+            None if self.has_overlay() => {
+                let reached = self.deformations();
+                self.overlay(&reached)
+            }
+            None => Ok(Vec::new()),
         }
     }
 
-    /// What each point bears for its deviation from the mean around it, Pa; nothing where stress is not averaged. The mean has no memory of its own but that of
-    /// an RVE which goes through all of it. Collective.
-    fn overlay(&mut self) -> Result<Vec<S::Symmetric>, Error> {
-        let Some(how) = self.settings.nonlocal.filter(|nonlocal| nonlocal.adjoint) else { return Ok(Vec::new()) };
+    /// What each point has come to, and the mean around it. The mean has no memory of its own but that of an RVE which goes through all of it. Collective.
+    fn deformations(&mut self) -> Deformations<S> {
         let own: Vec<S::Tensor> = match &self.settings.rves {
             Some(_) => self.rves.iter().map(|carried| carried.deformation).collect(),
             None => self.continuum.points.hot.iter().map(|hot| hot.deformation).collect(),
         };
-        let mean = match &self.settings.rves {
+        match &self.settings.rves {
             Some(material) if material.frame == Frame::Full => {
-                self.rves.iter().map(|carried| *carried.rve.deformation()).collect()
+                [own, self.rves.iter().map(|carried| *carried.rve.deformation()).collect()]
             }
-            _ => self.averaged_around(own.clone()),
-        };
+            _ => {
+                let [mean] = self.averaged_around([&own]);
+                [own, mean]
+            }
+        }
+    }
+
+    /// What each point bears for its deviation from the mean around it, Pa. Collective.
+    fn overlay(&mut self, [own, mean]: &Deformations<S>) -> Result<Vec<S::Symmetric>, Error> {
+        let how = self.settings.nonlocal.expect("a mean is asked for where strain is nonlocal");
+        let timer = self.phases.start();
         let (material, points) = (&self.settings.material, &self.continuum.points);
         let borne = |(row, (hot, cold)): (usize, (&Hot<S>, &Cold<S>))| {
             let stress = S::Symmetric::of(&material.stress(&hot.memory));
@@ -122,21 +151,30 @@ impl<S: Space> World<'_, S> {
                 Err(failure) => failed = failed.into_iter().chain([failure]).min_by_key(|(id, _)| *id),
             }
         }
+        self.phases.stop(Phase::Gather, timer);
         self.first_failure(failed.map_or(Ok(all), Err))
     }
 
-    /// Stress of points from that of the means around them and from what they bear for deviations, which was `before` the increment. Collective.
-    pub(super) fn average_stress(&mut self, before: &[S::Symmetric], gone: &Increments<S>) -> Result<(), Error> {
-        if !self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.adjoint) {
+    /// Stress of points from that of the means around them and from what they bear for deviations, which was `before` the increment; what deformation has
+    /// `reached` where that is known already. Collective.
+    pub(super) fn average_stress(
+        &mut self,
+        before: &[S::Symmetric],
+        gone: &Increments<S>,
+        reached: Option<Deformations<S>>,
+    ) -> Result<(), Error> {
+        if !self.has_overlay() {
             return Ok(());
         }
-        let after = self.overlay()?;
+        let reached = reached.unwrap_or_else(|| self.deformations());
+        let after = self.overlay(&reached)?;
         let hot = &mut self.continuum.points.hot;
         for (row, hot) in hot.iter_mut().enumerate() {
             hot.plastic_work += 0.5 * (before[row] + after[row]).contract(&gone.deviation(row));
         }
-        let own = hot.iter().zip(&after).map(|(hot, overlay)| (hot.stress - *overlay).tensor()).collect();
-        let averaged = self.averaged_around(own);
+        let own: Vec<S::Tensor> =
+            hot.iter().zip(&after).map(|(hot, overlay)| (hot.stress - *overlay).tensor()).collect();
+        let [averaged] = self.averaged_around([&own]);
         for (hot, (stress, overlay)) in self.continuum.points.hot.iter_mut().zip(averaged.iter().zip(&after)) {
             hot.stress = S::Symmetric::of(stress) + *overlay;
         }

@@ -78,7 +78,7 @@ impl<S: Space> World<'_, S> {
         let told = self.follow_to(targets);
         let told = self.first_failure(told)?;
         self.gather_events(told)?;
-        self.average_stress(&before, &gone)
+        self.average_stress(&before, &gone, None)
     }
 
     /// Of failures on any ranks that of the point with the lowest id, whatever the ranks are.
@@ -139,7 +139,10 @@ impl<S: Space> World<'_, S> {
         let own: Vec<S::Tensor> = self.continuum.points.hot.iter().zip(&self.rves).map(increment).collect();
         let mean = match self.settings.nonlocal.map(|nonlocal| nonlocal.lag) {
             None => own.clone(),
-            Some(0) => self.averaged_around(own.clone()),
+            Some(0) => {
+                let [mean] = self.averaged_around([&own]);
+                mean
+            }
             Some(_) => self.averaged_with_lag(&own),
         };
         let target = |(mean, (hot, carried)): (&S::Tensor, (&Hot<S>, &PointRve<S>))| {
@@ -152,7 +155,7 @@ impl<S: Space> World<'_, S> {
     /// Means of the increments of the step before, but for the point's own.
     fn averaged_with_lag(&mut self, own: &[S::Tensor]) -> Vec<S::Tensor> {
         let before: Vec<S::Tensor> = self.rves.iter().map(|carried| carried.increment).collect();
-        let mut averaged = self.averaged_around(before);
+        let [mut averaged] = self.averaged_around([&before]);
         for (row, (mean, carried)) in averaged.iter_mut().zip(&mut self.rves).enumerate() {
             *mean += (own[row] - carried.increment) * self.neighbourhood.weights.own(row);
             carried.increment = own[row];

@@ -181,14 +181,24 @@ pub fn central(values: &[f64]) -> Vec<f64> {
     sorted[cut..sorted.len() - cut].to_vec()
 }
 
-/// Where grains were inserted.
-pub fn moments(runs: &Runs, unit: f64, words: &str) -> Vec<Moment<'static>> {
-    let moment = |(run, colour): &(&Run, &'static str)| {
-        let (_, strain) = run.enrichment()?;
-        let colour = if runs.len() == 1 { QUIET } else { colour };
-        Some(Moment { at: strain / unit, words: words.to_owned(), stroke: Stroke::new(colour, 1.0).dash("5 3") })
+/// Where hybrids came to have both grains and points; with words where there is one of them.
+pub fn moments(runs: &Runs, unit: f64, with_words: bool) -> Vec<Moment<'static>> {
+    let strain = |run: &Run| match run.begins_as_grains() {
+        true => run.has_both_from().map(|time| run.at(time)),
+        false => run.enrichment().map(|(_, strain)| strain),
     };
-    runs.iter().filter_map(moment).collect()
+    let all: Vec<_> = runs.iter().filter_map(|(run, colour)| Some((run, colour, strain(run)?))).collect();
+    let alone = all.len() == 1;
+    let moment = |(run, colour, strain): (&&Run, &&'static str, f64)| {
+        let words = match run.begins_as_grains() {
+            _ if !(alone && with_words) => "",
+            true => "first points",
+            false => "grains inserted",
+        };
+        let colour = if runs.len() == 1 { QUIET } else { colour };
+        Moment { at: strain / unit, words: words.to_owned(), stroke: Stroke::new(colour, 1.0).dash("5 3") }
+    };
+    all.into_iter().map(moment).collect()
 }
 
 /// The figures of runs that stand against the same; names get the number of the set that the runs are, where there are several.
@@ -328,7 +338,7 @@ fn chart(spec: &Spec, runs: &Runs, lines: &[Line]) -> Chart<'static> {
         y: vertical(spec, &label, shown.into_iter()),
         x,
         curves,
-        moments: moments(runs, unit, ""),
+        moments: moments(runs, unit, false),
         levels: held.iter().map(|held| Level { at: held / 1e3, stroke: dashed }).collect(),
         entries,
         ..Chart::default()

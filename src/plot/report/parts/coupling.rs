@@ -241,7 +241,7 @@ pub fn speed(measures: &Measures, all: &[Speed]) -> Part {
     let formula = |tell: fn(&Formula) -> String| move |speed: &Speed| speed.formula.as_ref().map(tell);
     let told: Vec<String> = [
         ("Over the whole run", of(&|speed| speed.whole_run)),
-        ("In steps after enrichment", of(&|speed| speed.after_enrichment)),
+        ("In steps with grains and points", of(&|speed| speed.after_enrichment)),
         ("By the formula of 6.4.1", of(&|speed| speed.formula.as_ref().map(|formula| formula.speed_up))),
     ]
     .into_iter()
@@ -258,7 +258,7 @@ pub fn speed(measures: &Measures, all: &[Speed]) -> Part {
                 Some(if own == other { own.clone() } else { format!("{own} against {other}") })
             }),
             ("whole run", &|speed| speed.whole_run.map(times)),
-            ("steps after enrichment", &|speed| speed.after_enrichment.map(times)),
+            ("steps with both", &|speed| speed.after_enrichment.map(times)),
             ("coupling, share of steps", &|speed| Some(percent(speed.coupling_share))),
             ("by 6.4.1", &formula(|formula| significant(formula.speed_up, 3))),
             ("C_D", &formula(|formula| format!("{}{THIN}ns", plain(1e9 * formula.c_d_s, 3)))),

@@ -155,14 +155,12 @@ fn drawing(measures: &Measures, label: &str) -> String {
     entries.push(Entry { words: "moving average".to_owned(), stroke: Stroke::new(ink, 1.8) });
     entries.push(Entry { words: "single rows".to_owned(), stroke: Stroke::new(ink, 0.8).opacity(0.4) });
     raw.append(&mut curves);
-    let words =
-        if runs.iter().filter(|(run, _)| run.enrichment().is_some()).count() == 1 { "grains inserted" } else { "" };
     let mut charts = vec![Chart {
         x,
         y: Axis::around(label, shown.iter().map(|stress| stress / UNITS[1])),
         curves: raw,
         areas,
-        moments: moments(&runs, UNITS[0], words),
+        moments: moments(&runs, UNITS[0], true),
         ..Chart::default()
     }];
     if let Some(close) = close(measures, label, &mut entries) {
