@@ -38,6 +38,11 @@ impl Job {
         }
     }
 
+    /// Whether it has regions of a continuum that begin looser.
+    pub fn has_weak_regions(&self) -> bool {
+        matches!(self, Self::Shear(scenario) if !scenario.continuum.weak.is_empty())
+    }
+
     /// Whether all of the material is grains at the start of the run.
     pub fn begins_as_grains(&self) -> bool {
         match self {

@@ -151,6 +151,22 @@ fn a_specimen_in_membranes_that_begins_as_grains_gives_back_those_that_rest() {
     assert!(kept["momentum"]["error"].as_f64().unwrap().abs() < 1e-12, "{kept}");
 }
 
+/// What gravity gives to points that were grains is in the account of momentum.
+#[test]
+fn points_that_were_grains_have_their_weight() {
+    let text = replaced(
+        restless(6e-3),
+        &[
+            ("grows = true", "begins = \"everywhere\""),
+            ("[scheme]", "[gravity]\n        acceleration = [3, -9.81]\n        [scheme]"),
+        ],
+    );
+    let ran = Ran::of(&text);
+    assert!(ran.series("points").last().unwrap() > &0.0);
+    let kept = &ran.summary["conservation"]["momentum"];
+    assert!(kept["error"].as_f64().unwrap().abs() < 1e-12, "{kept}");
+}
+
 /// A specimen that has grains in its band.
 fn enriched<'t>(scenario: &Scenario, folder: &std::path::Path) -> (PlanarWorld<'t>, Instants, Vec<u64>, Enriched) {
     let file = folder.join("packing.h5");

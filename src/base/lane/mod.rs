@@ -271,3 +271,86 @@ impl Debug for Instructions {
         formatter.write_str(self.name())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What one may be of: zeros, halves, what has no bits left behind the point, and what is no number.
+    const ODD: [f64; 26] = [
+        0.0,
+        -0.0,
+        0.3,
+        -0.3,
+        0.5,
+        -0.5,
+        1.0,
+        -1.0,
+        1.5,
+        -1.5,
+        2.5,
+        -2.5,
+        1e-310,
+        -1e-310,
+        1e9 + 0.5,
+        -1e9 - 0.5,
+        2_251_799_813_685_247.5,
+        -2_251_799_813_685_247.5,
+        4_503_599_627_370_495.5,
+        -4_503_599_627_370_495.5,
+        1e300,
+        -1e300,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+        7.0,
+    ];
+
+    struct AsOneByOne;
+
+    fn bits(numbers: [f64; LANES]) -> [u64; LANES] {
+        // What is no number may have any sign.
+        numbers.map(|number| if number.is_nan() { u64::MAX } else { number.to_bits() })
+    }
+
+    impl Packed for AsOneByOne {
+        type Outcome = ();
+        fn run<P: Pack>(self) {
+            let eight = |first: usize| -> [f64; LANES] { std::array::from_fn(|lane| ODD[(first + lane) % ODD.len()]) };
+            for (first, second) in (0..ODD.len()).flat_map(|first| (0..ODD.len()).map(move |second| (first, second))) {
+                let (a, b) = (eight(first), eight(second));
+                let (pa, pb) = (P::load(&a), P::load(&b));
+                let one = |f: fn(f64) -> f64| bits(a.map(f));
+                let two = |f: fn(f64, f64) -> f64| bits(std::array::from_fn(|lane| f(a[lane], b[lane])));
+                assert_eq!(bits((pa + pb).numbers()), two(|a, b| a + b));
+                assert_eq!(bits((pa - pb).numbers()), two(|a, b| a - b));
+                assert_eq!(bits((pa * pb).numbers()), two(|a, b| a * b));
+                assert_eq!(bits((pa / pb).numbers()), two(|a, b| a / b));
+                assert_eq!(bits((-pa).numbers()), one(|a| -a));
+                assert_eq!(bits(pa.sqrt().numbers()), one(f64::sqrt));
+                assert_eq!(bits(pa.abs().numbers()), one(f64::abs));
+                assert_eq!(bits(pa.floor().numbers()), one(f64::floor), "of {a:?}");
+                assert_eq!(bits(pa.min(pb).numbers()), two(Real::min));
+                assert_eq!(bits(pa.max(pb).numbers()), two(Real::max));
+                let (above, below) = (pa.above(pb), pb.above(pa));
+                for lane in 0..LANES {
+                    assert_eq!(P::holds(above, lane), a[lane] > b[lane]);
+                    assert_eq!(P::holds(P::either(above, below), lane), a[lane] > b[lane] || b[lane] > a[lane]);
+                    assert!(!P::holds(P::both(above, below), lane));
+                }
+                assert_eq!(P::any(above), (0..LANES).any(|lane| a[lane] > b[lane]));
+                assert_eq!(bits(P::choose(above, pa, pb).numbers()), two(|a, b| if a > b { a } else { b }));
+            }
+            let rows: [P; LANES] =
+                std::array::from_fn(|row| P::load(&std::array::from_fn(|word| (8 * row + word) as f64)));
+            for (word, column) in P::transposed(rows).into_iter().enumerate() {
+                assert_eq!(column.numbers(), std::array::from_fn(|row| (8 * row + word) as f64));
+            }
+        }
+    }
+
+    #[test]
+    fn every_width_does_what_single_numbers_do() {
+        Instructions::here().for_each(|instructions| instructions.run(AsOneByOne));
+    }
+}

@@ -157,6 +157,9 @@ fn hybrid(slots: &Slots) -> Vec<String> {
         return Vec::new();
     };
     let mut warnings = Vec::new();
+    if slots.job.begins_as_grains() && slots.job.has_weak_regions() {
+        warnings.push("zone.begins = \"everywhere\" has no points at the start, with which a weak region would begin: [[continuum.weak]] does nothing. Remove it, or write begins = \"band\".".into());
+    }
     let law = &job.material.law;
     if law.yields() {
         let [bulk, shear] = [law.bulk_modulus(job.grid.dimension) / affine.bulk, law.shear_modulus() / affine.shear];

@@ -265,8 +265,13 @@ impl<S: Space> World<'_, S> {
         let by_nodes = since.through_nodes;
         let (whole, sizes) = self.impulses_of_bodies();
         let by_bodies = std::array::from_fn(|axis| whole[axis] - start.by_bodies[axis]);
-        let time = self.time_of_gravity(self.step) - self.time_of_gravity(start.step);
-        let given = self.settings.grains.field.gravity * (now.mass * time);
+        // Vertices of membranes go with nodes, whatever they enclose.
+        let of_membranes: f64 = self.continuum.membranes.masses().map(|(mass, _)| mass).sum();
+        let passed =
+            |of_grains: bool| self.time_of_gravity(self.step, of_grains) - self.time_of_gravity(start.step, of_grains);
+        let of_grains = !self.has_points() || self.settings.begins_as_grains;
+        let impulse = (now.mass - of_membranes) * passed(of_grains) + of_membranes * passed(false);
+        let given = self.settings.grains.field.gravity * impulse;
         let mut by_gravity = [0.0; 3];
         (0..S::DIMENSION).for_each(|axis| by_gravity[axis] = given[axis]);
         let impulses = sizes + since.through_nodes_sizes + given.norm();
@@ -289,12 +294,12 @@ impl<S: Space> World<'_, S> {
     }
 
     /// How long gravity has acted on velocities after `step` steps, in times of its full strength, s: velocities of grains are half
-    /// a step behind, and on points it may rise from nothing.
-    fn time_of_gravity(&self, step: u64) -> f64 {
+    /// a step behind, and on nodes it may rise from nothing.
+    fn time_of_gravity(&self, step: u64, of_grains: bool) -> f64 {
         if step == 0 {
             return 0.0;
         }
-        if !self.has_points() || self.settings.begins_as_grains {
+        if of_grains {
             return (step as f64 - 1.0 + self.settings.grains.first_kick) * self.settings.grains.dt;
         }
         let (dt, ramp) = (self.dt_of_continuum(), self.settings.grid.gravity_ramp);
