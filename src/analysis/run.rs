@@ -359,6 +359,8 @@ fn summary(directory: &Path, step: f64) -> Result<Map<String, Value>, Error> {
     figures.extend(of_first_points(directory));
     let is_of_now = figures.get("steps").and_then(Value::as_f64).is_some_and(|told| told >= step);
     if !is_of_now {
+        // Times are those of a stretch before.
+        ["wall_seconds", "microseconds_per_step", "phases"].into_iter().for_each(|name| drop(figures.remove(name)));
         figures.extend(of_enrichment(directory));
         figures.insert("outcome".to_owned(), json!(UNDER_WAY));
         figures.insert("steps".to_owned(), json!(step));

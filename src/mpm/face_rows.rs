@@ -314,3 +314,30 @@ impl<S: Space> FaceRows<S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::space::Plane;
+
+    /// Those that act on one node act at once, and so do all that hang together by such nodes.
+    #[test]
+    fn sides_that_share_nodes_go_with_grains_together() {
+        let mut acting = Acting::default();
+        let mut link =
+            |a: usize, b: usize| [(a, b), (b, a), (a, a), (b, b)].into_iter().for_each(|(a, b)| acting.0[a][b] = 1);
+        // Askew faces, and a chain from the one with grains over all but one side, which stands alone.
+        link(0, 5);
+        link(5, 1);
+        link(1, 4);
+        link(4, SIDES);
+        link(2, 2);
+        let mut faces = FaceRows::<Plane>::default();
+        faces.act(&acting);
+        assert_eq!(faces.sides, [0, 1, 2, 4, 5]);
+        assert_eq!(faces.with_grains, [false; SIDES + 1]);
+        acting.0[SIDES + 1][SIDES] = 3;
+        faces.act(&acting);
+        assert_eq!(faces.with_grains, [true, true, false, false, true, true, true]);
+    }
+}

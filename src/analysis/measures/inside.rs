@@ -118,7 +118,7 @@ fn compare(hybrid: &Member, partner: &Member, averages: &[Averaged], heights: [f
 
 pub fn measured(among: &Among, averages: &[Averaged]) -> Result<Found<Vec<Inside>>, Error> {
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
-    for hybrid in among.hybrids() {
+    for hybrid in among.to_be_enriched() {
         let heights = Zone::of(hybrid.run)?.map(|zone| zone.heights()).filter(|[lower, upper]| upper > lower);
         match among.partner(hybrid).zip(heights) {
             Some((partner, heights)) => all.push(compare(hybrid, partner, averages, heights)?),

@@ -61,7 +61,7 @@ impl Times {
         let (steps_all, step) = (number("steps")?, run.number("time.step")?);
         // The summary of a run that was resumed still has the figures of what came before.
         let begin = (steps_all - steps) * step;
-        let at = run.has_both_from().filter(|at| *at >= begin);
+        let at = run.has_both_from().filter(|at| *at > begin);
         let pause = |at: f64| match run.begins_as_grains() {
             true => Some(Pause { at, before: number("seconds_of_steps_before_points")?, training: 0.0 }),
             false => {
@@ -150,7 +150,7 @@ pub struct Formula {
 fn pace_after(hybrid: &Run, times: &Times) -> Option<f64> {
     let Some(pause) = &times.turn else {
         // All of the stretch lies after it, unless the summary does not say how long it took.
-        let is_earlier = hybrid.has_both_from()? < (times.steps_all - times.steps) * times.step;
+        let is_earlier = hybrid.has_both_from()? <= (times.steps_all - times.steps) * times.step;
         return is_earlier.then(|| times.pace());
     };
     let simulated = times.steps_all * times.step - pause.at;

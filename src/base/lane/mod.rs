@@ -195,7 +195,7 @@ pub struct Instructions(Known);
 /// What kernels are compiled for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
-    /// Eight at a time, left to the compiler.
+    /// Those that every processor has.
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2,

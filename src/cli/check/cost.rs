@@ -42,7 +42,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let packing = if forecast.piece == 0.0 && is_made { ", without the packing" } else { "" };
     let enriched = match (is_hybrid, begins_as_grains) {
         (true, false) => ", with its zone of grains from the start",
-        (true, true) => ", the shorter if grains beside a band rested from the start and the longer if none ever do",
+        (true, true) => ", from what grains beside a band that rest from the start would take to grains alone",
         _ => "",
     };
     let time = forecast.steps + forecast.outputs;

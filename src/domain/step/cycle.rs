@@ -152,7 +152,8 @@ impl<S: Space> World<'_, S> {
         for number in wanted.flat_map(|tile| tile * per_tile..(tile + 1) * per_tile) {
             let (node, sum, grains) = (&mosaic.owned[number], &mut sums[number], &grain_sums[number]);
             let change = &mut grain_changes[node.row as usize];
-            // Columns of faces go together, whether grains are among their nodes or not; a grain that has come to those that wait finds them at rest.
+            // Columns of faces go together, whether grains are among their nodes or not; a grain that has come to those that wait gets nothing of them
+            // before the cycle ends.
             let meets = faces.acts_with_grains(mosaic, number);
             let waits = meets == Some(false) || (meets.is_none() && grains.mass() <= 0.0);
             if sum.mass() <= 0.0 || waits {

@@ -93,6 +93,8 @@ pub struct Made<'a> {
     pub grain_steps: i32,
     /// Steps before it was resumed, of 1000.
     pub resumed: i32,
+    /// It begins as grains, the first of which turn into points at [`ENRICHED`], after 0.4 of its time.
+    pub everywhere: bool,
 }
 
 impl<'a> Made<'a> {
@@ -115,6 +117,7 @@ impl<'a> Made<'a> {
             ranks: 2,
             grain_steps: 1,
             resumed: 0,
+            everywhere: false,
         }
     }
 
@@ -177,10 +180,20 @@ impl<'a> Made<'a> {
              grain_steps = {grain_steps}\n",
             2.0 * SPACING
         );
-        fs::write(directory.join("scenario.toml"), scenario).unwrap();
+        let zone = if self.everywhere { "[zone]\nbegins = \"everywhere\"\n" } else { "" };
+        fs::write(directory.join("scenario.toml"), scenario + zone).unwrap();
         // A thousand steps to a strain of 0.1 in 0.1 s; half of the hybrid's time is spent before enrichment.
+        if self.everywhere {
+            let shrank = |step: i32, seconds: f64| {
+                format!(
+                    "{{\"event\":\"zone_shrank\",\"step\":{step},\"time\":{},\"seconds_of_steps\":{seconds}}}\n",
+                    1e-4 * f64::from(step)
+                )
+            };
+            fs::write(directory.join("log.jsonl"), shrank(505, 0.4 * wall) + &shrank(700, 0.6 * wall)).unwrap();
+        }
         let enriched = match method {
-            "hybrid" => format!(
+            "hybrid" if !self.everywhere => format!(
                 r#""seconds_of_steps_before_enrichment": {}, "training_seconds": {}, "enriched_at_time": 0.0505,"#,
                 0.4 * wall,
                 0.1 * wall

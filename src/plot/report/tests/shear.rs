@@ -214,6 +214,24 @@ fn costs_are_those_of_a_core_and_of_a_step_of_grains() {
     near(&cost(&[]), once(0.2 * 1.5, 2.0, 250.0) / 4.0, 1e-15);
 }
 
+/// A hybrid that begins as grains is timed from its first points on, and nothing is missed of an enrichment.
+#[test]
+fn what_begins_as_grains_is_as_fast_as_its_steps_with_points() {
+    let told = |resumed: i32| {
+        let made = [Made::of("dem"), Made { everywhere: true, resumed, ..Made::of("hybrid") }];
+        let folder = tempfile::tempdir().unwrap();
+        compared(folder.path(), &made, None).0
+    };
+    let (json, dem) = (told(0), 0.9 * 1.5 / 0.1);
+    near(&json["speed_up"][0]["after_enrichment"], dem / (0.5 * 1.5 / 0.0495), 1e-6);
+    near(&json["speed_up"][0]["whole_run"], 1.0, 1e-9);
+    for figure in ["disturbance", "training", "inside_the_zone"] {
+        assert_eq!(left_out(&json, figure), "[]", "{figure}");
+    }
+    // Resumed right there: none of the stretch was before.
+    near(&told(505)["speed_up"][0]["after_enrichment"], dem / (0.9 * 1.5 / 0.0495), 1e-6);
+}
+
 /// What a resumed run says of time is of its last stretch: no whole runs are compared, and an enrichment counts where it is in
 /// that.
 #[test]
