@@ -649,10 +649,20 @@ def packings(folder, strains=(0.01, 0.1), cell=7.5e-3):
                 print(f"{kind} worse than the hybrid by |{name}|: {interval(worse)}, p {p:.3f}")
 
 
-def everywhere(folder, strains=(0.01, 0.1), end_of_all=0.3, cell=7.5e-3):
+def everywhere(folder):
+    """To 30 % of strain, and to 57 where all runs go so far."""
+    import glob
+
+    for end in (0.3, 0.57):
+        ends = [series(run)[-1]["strain"] for run in glob.glob(f"{folder}/hybrid_*/")]
+        if min(ends) > end - 0.005:
+            everywhere_to(folder, end)
+
+
+def everywhere_to(folder, end_of_all, strains=(0.01, 0.1), cell=7.5e-3):
     """Hybrids of planar shear whose zone begins everywhere, held to grains alone: FOLDER has the runs dem_N and hybrid_N of packings N, and N/comparison.json of `scree report
     --between`. `from` is the strain at which the first grains turn into points. The null model is grains alone of each other packing. Moving averages of the stress over half a
-    percent of strain, to 30 %; intervals by Student's t over packings. Rows before `from` are equal by construction: their share of the span from 1 to 10 % is printed."""
+    percent of strain; intervals by Student's t over packings. Rows before `from` are equal by construction: their share of the span from 1 to 10 % is printed."""
     import glob
     import json
     import os
