@@ -273,6 +273,14 @@ impl Run {
         }
     }
 
+    /// How far it had come then.
+    pub fn has_both_at(&self) -> Option<f64> {
+        match self.begins_as_grains() {
+            true => self.has_both_from().map(|time| self.at(time)),
+            false => self.enrichment().map(|(_, strain)| strain),
+        }
+    }
+
     /// How far the run has come at a time, s: strain or way of what drives it.
     pub fn at(&self, time: f64) -> f64 {
         from_zero(self.column("time"), &self.drive.values, time)
@@ -484,9 +492,12 @@ mod tests {
         let told = summary(folder.path(), 50.0).unwrap();
         assert_eq!((&told["enriched_grains"], &told["outcome"]), (&json!(12), &json!(UNDER_WAY)));
         // Of a stretch before this one.
-        write("summary.json", "{\"outcome\":\"stopped\",\"steps\":30,\"ranks\":2}");
+        write("summary.json", "{\"outcome\":\"stopped\",\"steps\":30,\"ranks\":2,\"wall_seconds\":9}");
         let told = summary(folder.path(), 50.0).unwrap();
         assert_eq!((&told["ranks"], &told["outcome"], &told["steps"]), (&json!(2), &json!(UNDER_WAY), &json!(50.0)));
-        assert_eq!(summary(folder.path(), 30.0).unwrap()["outcome"], "stopped");
+        // Its times are not those of now.
+        assert!(!told.contains_key("wall_seconds"));
+        let told = summary(folder.path(), 30.0).unwrap();
+        assert_eq!((&told["outcome"], &told["wall_seconds"]), (&json!("stopped"), &json!(9)));
     }
 }

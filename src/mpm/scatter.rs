@@ -84,7 +84,7 @@ impl Basis {
     ) {
         macro_rules! with {
             ($shape:ty, $nodes:literal) => {
-                P::enter(SetBasis::<S, P, $shape, $nodes, true> {
+                P::enter(SetBasis::<S, P, $shape, $nodes> {
                     basis: self,
                     frame,
                     affine,
@@ -101,7 +101,7 @@ impl Basis {
         }
     }
 
-    /// Takes the functions that grains have at the places of up to eight of these rows, without their slopes.
+    /// Takes the functions that grains have at the places of up to eight of these rows.
     #[inline(always)]
     pub fn set_of_grains<S: Space, P: Pack>(&mut self, frame: &TileFrame<S>, hot: &[GrainHot<S>], rows: &[u32]) {
         let records = eight_of(rows).map(|row| &hot[*row as usize]);
@@ -109,9 +109,7 @@ impl Basis {
         for axis in 0..S::DIMENSION {
             place.set_word(axis, P::load(&records.map(|grain| grain.position[axis])));
         }
-        let place = frame.place(&place);
-        let shape = std::marker::PhantomData;
-        P::enter(SetBasis::<S, P, Quadratic, 3, false> { basis: self, frame, affine: false, place, shape });
+        self.set::<S, P>(frame, (ShapeFunction::Quadratic, false), frame.place(&place));
     }
 
     /// The function of a node of the stencil at one of the places.
@@ -137,7 +135,7 @@ impl Basis {
     }
 }
 
-struct SetBasis<'a, S: Space, P: Pack, F, const N: usize, const SLOPES: bool> {
+struct SetBasis<'a, S: Space, P: Pack, F, const N: usize> {
     basis: &'a mut Basis,
     frame: &'a TileFrame<S>,
     affine: bool,
@@ -145,9 +143,7 @@ struct SetBasis<'a, S: Space, P: Pack, F, const N: usize, const SLOPES: bool> {
     shape: std::marker::PhantomData<F>,
 }
 
-impl<S: Space, P: Pack, F: Shape<N>, const N: usize, const SLOPES: bool> Kernel<P>
-    for SetBasis<'_, S, P, F, N, SLOPES>
-{
+impl<S: Space, P: Pack, F: Shape<N>, const N: usize> Kernel<P> for SetBasis<'_, S, P, F, N> {
     type Outcome = ();
 
     #[inline(always)]
@@ -162,9 +158,7 @@ impl<S: Space, P: Pack, F: Shape<N>, const N: usize, const SLOPES: bool> Kernel<
         for axis in 0..S::DIMENSION {
             for node in 0..N {
                 stencil.values[axis][node].store(&mut basis.values[axis][node]);
-                if SLOPES {
-                    stencil.slopes[axis][node].store(&mut basis.slopes[axis][node]);
-                }
+                stencil.slopes[axis][node].store(&mut basis.slopes[axis][node]);
                 if affine {
                     let arm = (stencil.base[axis] + P::splat(node as f64) - place.word(axis)) * P::splat(frame.cell);
                     (stencil.values[axis][node] * arm).store(&mut basis.moments[axis][node]);

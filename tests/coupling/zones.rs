@@ -151,9 +151,9 @@ fn a_specimen_in_membranes_that_begins_as_grains_gives_back_those_that_rest() {
     assert!(kept["momentum"]["error"].as_f64().unwrap().abs() < 1e-12, "{kept}");
 }
 
-/// What gravity gives to points that were grains is in the account of momentum.
+/// Membranes go with nodes, and grains begin with half a kick: the account of momentum took half a kick for both.
 #[test]
-fn points_that_were_grains_have_their_weight() {
+fn gravity_on_membranes_around_grains_is_in_the_account_of_momentum() {
     let text = replaced(
         restless(6e-3),
         &[

@@ -157,12 +157,8 @@ impl<'a> Among<'a> {
     /// The strain from which a member is compared: that from which it has grains and points, or of the last hybrid of its case; zero where
     /// there is none.
     pub fn compared_from(&self, member: &Member) -> f64 {
-        let strain = |run: &Run| match run.begins_as_grains() {
-            true => run.has_both_from().map(|time| run.at(time)),
-            false => run.enrichment().map(|(_, strain)| strain),
-        };
-        let hybrids = self.of_method(member.case, "hybrid").filter_map(|hybrid| strain(hybrid.run));
-        strain(member.run).unwrap_or_else(|| hybrids.fold(0.0, f64::max))
+        let hybrids = self.of_method(member.case, "hybrid").filter_map(|hybrid| hybrid.run.has_both_at());
+        member.run.has_both_at().unwrap_or_else(|| hybrids.fold(0.0, f64::max))
     }
 
     /// The strain that all runs reach, and that of the longest.

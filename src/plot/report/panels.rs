@@ -183,11 +183,7 @@ pub fn central(values: &[f64]) -> Vec<f64> {
 
 /// Where hybrids came to have both grains and points; with words where there is one of them.
 pub fn moments(runs: &Runs, unit: f64, with_words: bool) -> Vec<Moment<'static>> {
-    let strain = |run: &Run| match run.begins_as_grains() {
-        true => run.has_both_from().map(|time| run.at(time)),
-        false => run.enrichment().map(|(_, strain)| strain),
-    };
-    let all: Vec<_> = runs.iter().filter_map(|(run, colour)| Some((run, colour, strain(run)?))).collect();
+    let all: Vec<_> = runs.iter().filter_map(|(run, colour)| Some((run, colour, run.has_both_at()?))).collect();
     let alone = all.len() == 1;
     let moment = |(run, colour, strain): (&&Run, &&'static str, f64)| {
         let words = match run.begins_as_grains() {
