@@ -16,7 +16,7 @@ collapse, outside, rest, planar, coupling and sheared h5py, which brings numpy.
     tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
     tests/figures.py planar DEM=DIR...  shear stress of a hybrid in planar shear off that of the same packing's grains alone
     tests/figures.py packings DIR...    the same of many packings in one folder, with intervals, places of bands and null models
-    tests/figures.py everywhere DIR...  the same of hybrids whose zone begins everywhere
+    tests/figures.py everywhere DIR...  the same of hybrids whose zone begins everywhere (tests/everywhere.py)
     tests/figures.py coupling DIR...    normal stress of layers of cells in planar shear by a hybrid, and the stretch of its penalty springs
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
@@ -649,106 +649,6 @@ def packings(folder, strains=(0.01, 0.1), cell=7.5e-3):
                 print(f"{kind} worse than the hybrid by |{name}|: {interval(worse)}, p {p:.3f}")
 
 
-def everywhere(folder):
-    """To 30 % of strain, and to 57 where all runs go so far."""
-    import glob
-
-    for end in (0.3, 0.57):
-        ends = [series(run)[-1]["strain"] for run in glob.glob(f"{folder}/hybrid_*/")]
-        if min(ends) > end - 0.005:
-            everywhere_to(folder, end)
-
-
-def everywhere_to(folder, end_of_all, strains=(0.01, 0.1), cell=7.5e-3):
-    """Hybrids of planar shear whose zone begins everywhere, held to grains alone: FOLDER has the runs dem_N and hybrid_N of packings N, and N/comparison.json of `scree report
-    --between`. `from` is the strain at which the first grains turn into points. The null model is grains alone of each other packing. Moving averages of the stress over half a
-    percent of strain; intervals by Student's t over packings. Rows before `from` are equal by construction: their share of the span from 1 to 10 % is printed."""
-    import glob
-    import json
-    import os
-    import re
-
-    import numpy
-    from scipy import stats
-
-    numbers = lambda kind: {int(found.group(1)) for path in glob.glob(f"{folder}/{kind}_*") if (found := re.search(rf"{kind}_(\d+)$", path)) and os.path.exists(f"{path}/summary.json")}
-    seeds = sorted(numbers("dem") & numbers("hybrid"))
-
-    def curve(kind, seed):
-        rows = series(f"{folder}/{kind}_{seed}")
-        pick = lambda name: numpy.array([row[name] for row in rows])
-        return {name: pick(name) for name in rows[0]}
-
-    def smooth(of, at):
-        return numpy.array([of["shear_stress"][abs(of["strain"] - middle) < 0.0025].mean() for middle in at])
-
-    def volume(of, end):
-        return of["volume_strain"][abs(of["strain"] - end) < 0.0025].mean()
-
-    def interval(values):
-        values = numpy.array(values)
-        half = stats.t.ppf(0.975, len(values) - 1) * values.std(ddof=1) / len(values) ** 0.5 if len(values) > 1 else float("nan")
-        return f"{values.mean():+.2f} +- {half:.2f} (each {values.std(ddof=1) if len(values) > 1 else float('nan'):.2f})"
-
-    def off(wanted, other, spans, end):
-        """Mean and rms, %, over each span, and volume strain at the end, %."""
-        at = numpy.arange(0.004, end - 0.0025, 0.001)
-        wanted_there, other_there = smooth(wanted, at), smooth(other, at)
-        told = []
-        for low, high in spans:
-            inside = (at > low) & (at < high)
-            mean, difference = wanted_there[inside].mean(), (other_there - wanted_there)[inside]
-            told += [100 * difference.mean() / mean, 100 * (difference**2).mean() ** 0.5 / mean]
-        return [*told, 100 * (volume(other, end - 0.003) - volume(wanted, end - 0.003))]
-
-    def bands(seed):
-        path = f"{folder}/{seed}/comparison.json"
-        runs = json.load(open(path))["bands"]["runs"] if os.path.exists(path) else []
-        return {run["run"].split()[0]: [run[key] for key in ("height_m", "thickness_d50")] for run in runs}
-
-    alone = {seed: curve("dem", seed) for seed in seeds}
-    names = ("mean since", "rms since", "mean from 1 to 10 %", "rms from 1 to 10 %", "volume strain at the end")
-    hybrid, null, places, thickness = [], [], [], []
-    for seed in seeds:
-        wanted, ours = alone[seed], curve("hybrid", seed)
-        if not (ours["points"] > 0).any():
-            print(f"{seed}: no grain has turned into points")
-            continue
-        first = int(numpy.argmax(ours["points"] > 0))
-        begin, end = ours["strain"][first], min(wanted["strain"][-1], ours["strain"][-1], end_of_all)
-        rows = min(first, len(wanted["strain"]))
-        if (wanted["step"][:rows] != ours["step"][:rows]).any():
-            bits = "rows of other instants"
-        else:
-            same = all((wanted[name][:rows] == ours[name][:rows]).all() for name in wanted if name in ours)
-            bits = f"{'the same' if same else 'OTHER'} bits in {rows} rows"
-        shared = min(max((begin - strains[0]) / (strains[1] - strains[0]), 0), 1)
-        spans = ((begin, end), strains)
-        hybrid.append(off(wanted, ours, spans, end))
-        null += [off(wanted, alone[other], spans, min(end, alone[other]["strain"][-1], end_of_all)) for other in seeds if other != seed]
-        band = bands(seed)
-        told = ""
-        if f"hybrid_{seed}" in band and f"dem_{seed}" in band:
-            mine, theirs = band[f"hybrid_{seed}"], band[f"dem_{seed}"]
-            if mine[0] is not None and theirs[0] is not None:
-                places.append((mine[0], theirs[0]))
-                told = f"; band at {1e3 * mine[0]:.0f} mm for {1e3 * theirs[0]:.0f}"
-            if mine[1] is not None and theirs[1] is not None:
-                thickness.append(mine[1] - theirs[1])
-                told += f", {mine[1]:.1f} D50 for {theirs[1]:.1f}"
-        figures = ", ".join(f"{name} {value:+.2f} %" for name, value in zip(names, hybrid[-1]))
-        print(f"{seed}: {bits}, from {100 * begin:.2f} to {100 * end:.0f} % of strain, {100 * shared:.0f} % of the span from 1 to 10 %, {ours['grains'][-1]:.0f} of {ours['grains'][0]:.0f} grains at the end: {figures}{told}")
-    for column, name in enumerate(names):
-        of = lambda rows: [row[column] for row in rows]
-        print(f"{name}: {interval(of(hybrid))} %; other packings: {numpy.abs(of(null)).mean():.2f} off in the mean of absolute values, these {numpy.abs(of(hybrid)).mean():.2f}")
-    if places:
-        ours, theirs = numpy.array(places).T
-        apart = abs(ours[:, None] - theirs[None, :])
-        print(f"place: {int((numpy.diag(apart) <= cell).sum())} of {len(places)} within {1e3 * cell:g} mm; {1e3 * numpy.diag(apart).mean():.1f} mm apart, {1e3 * apart[~numpy.eye(len(places), dtype=bool)].mean():.1f} from other packings")
-    if thickness:
-        print(f"thickness: {interval(thickness)} D50")
-
-
 def coupling(folder, begin=0.06, strains=(0.012, 0.06)):
     """A hybrid of planar shear: mean of sigma_yy by weights and space over each layer of cells without those beside plates, of frames from `begin` (s) on;
     the springs' stretch at the last checkpoint, which is the slip times the continuum's share; mean shear stress between two strains."""
@@ -782,6 +682,8 @@ def coupling(folder, begin=0.06, strains=(0.012, 0.06)):
 
 
 if __name__ == "__main__":
+    if sys.argv[1:2] == ["everywhere"]:
+        from everywhere import everywhere
     commands = {
         "biaxial": biaxial,
         "held": held,
@@ -797,7 +699,7 @@ if __name__ == "__main__":
         "rest": rest,
         "planar": planar,
         "packings": packings,
-        "everywhere": everywhere,
+        "everywhere": lambda folder: everywhere(folder),
         "coupling": coupling,
         "sheared": sheared,
     }

@@ -1,0 +1,178 @@
+"""Hybrids of planar shear whose zone begins everywhere, held to grains alone (docs/validation/hybrid_prediction.md): `tests/figures.py everywhere FOLDER`.
+
+FOLDER has the runs dem_N and hybrid_N of packings N, N/comparison.json of `scree report --between`, and of some packings again_N, grains alone once more with another speed of the plate, which tell
+what one packing differs from itself by. `first` is the strain at which the first grains turn into points: all before is equal by construction. Stresses are moving averages over half a percent of
+strain, intervals by Student's t over packings. The null model is grains alone of each other packing in the place of the hybrid."""
+
+import glob
+import json
+import os
+import re
+
+import numpy
+from scipy import stats
+
+from figures import series
+
+WINDOW = 0.005
+EARLY = (0.01, 0.1)
+# m
+CELL = 7.5e-3
+MEASURES = ("mean since", "rms since", "mean from 1 to 10 %", "rms from 1 to 10 %", "volume strain")
+# Of which one packing's difference from itself is asked for.
+OF_ITSELF = (0, 2, 4)
+
+
+def everywhere(folder):
+    """To 30 % of strain of all packings, and to 57 of those that go so far."""
+    numbers = lambda kind: {int(found.group(1)) for path in glob.glob(f"{folder}/{kind}_*/summary.json") if (found := re.search(rf"{kind}_(\d+)/", path))}
+    packings = [Packing(folder, number, number in numbers("again")) for number in sorted(numbers("dem") & numbers("hybrid"))]
+    for end in (0.3, 0.57):
+        here = [packing for packing in packings if packing.end > end - WINDOW]
+        if here:
+            print(f"To {100 * end:.0f} % of strain, {len(here)} packings")
+            held_to_grains_alone(here, end)
+
+
+class Packing:
+    """One packing as grains alone, as a hybrid and, if there is such a run, as grains alone once more."""
+
+    def __init__(self, folder, number, again):
+        self.number = number
+        self.alone, self.hybrid = (columns(f"{folder}/{kind}_{number}") for kind in ("dem", "hybrid"))
+        self.again = columns(f"{folder}/again_{number}") if again else None
+        path = f"{folder}/{number}/comparison.json"
+        runs = json.load(open(path))["bands"]["runs"] if os.path.exists(path) else []
+        bands = {run["run"].split()[0]: (run["height_m"], run["thickness_d50"]) for run in runs}
+        self.bands = [bands.get(f"{kind}_{number}", (None, None)) for kind in ("hybrid", "dem")]
+        self.first_row = int(numpy.argmax(self.hybrid["points"] > 0))
+        self.first = self.hybrid["strain"][self.first_row]
+
+    @property
+    def end(self):
+        """Strain to which both runs go."""
+        return min(self.alone["strain"][-1], self.hybrid["strain"][-1])
+
+    def bits(self):
+        """Whether the series are equal until the first points."""
+        rows = min(self.first_row, len(self.alone["strain"]))
+        if (self.alone["step"][:rows] != self.hybrid["step"][:rows]).any():
+            return "rows of other instants"
+        same = all((self.alone[name][:rows] == self.hybrid[name][:rows]).all() for name in self.alone if name in self.hybrid)
+        return f"{'the same' if same else 'OTHER'} bits in {rows} rows"
+
+    def off(self, other, end):
+        """Measures of another run off grains alone of this packing, %."""
+        end = min(end, self.alone["strain"][-1], other["strain"][-1])
+        at = numpy.arange(0.004, end - WINDOW / 2, 0.001)
+        wanted, difference = smooth(self.alone, at), smooth(other, at) - smooth(self.alone, at)
+        told = []
+        for low, high in ((self.first, end), EARLY):
+            inside = (at > low) & (at < high)
+            over = 100 / wanted[inside].mean()
+            told += [over * difference[inside].mean(), over * (difference[inside] ** 2).mean() ** 0.5]
+        return [*told, 100 * (volume(other, end) - volume(self.alone, end))]
+
+
+def columns(run):
+    rows = series(run)
+    return {name: numpy.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def smooth(of, at):
+    return numpy.array([of["shear_stress"][abs(of["strain"] - middle) < WINDOW / 2].mean() for middle in at])
+
+
+def volume(of, end):
+    return of["volume_strain"][abs(of["strain"] - end + 0.003) < WINDOW / 2].mean()
+
+
+def peak(of, end):
+    """Strain of the largest moving average, %, and that stress, kPa."""
+    at = numpy.arange(0.004, end - WINDOW / 2, 0.001)
+    stress = smooth(of, at)
+    return 100 * at[stress.argmax()], stress.max() / 1e3
+
+
+def interval(values):
+    values = numpy.array(values)
+    spread = values.std(ddof=1) if len(values) > 1 else float("nan")
+    half = stats.t.ppf(0.975, len(values) - 1) * spread / len(values) ** 0.5 if len(values) > 1 else float("nan")
+    return f"{values.mean():+.2f} +- {half:.2f} (each {spread:.2f})"
+
+
+def rms(values):
+    return float((numpy.array(values) ** 2).mean() ** 0.5)
+
+
+def worse(null, ours):
+    """That the null model is farther off than the hybrid: p of Wilcoxon's signed ranks over packings, one-sided."""
+    null, ours = numpy.abs(null), numpy.abs(ours)
+    return stats.wilcoxon(null, ours, alternative="greater").pvalue if len(ours) > 1 else float("nan")
+
+
+def held_to_grains_alone(packings, end):
+    hybrids = [packing.off(packing.hybrid, end) for packing in packings]
+    # Mean absolute difference of all others in the place of each.
+    others = lambda packing: [abs(numpy.array(packing.off(other.alone, end))) for other in packings if other is not packing]
+    nulls = [numpy.mean(others(packing), axis=0) if len(packings) > 1 else numpy.full(len(MEASURES), float("nan")) for packing in packings]
+    itself = [(packing.number, packing.off(packing.again, end)) for packing in packings if packing.again and packing.again["strain"][-1] > end - WINDOW]
+    for packing, off in zip(packings, hybrids):
+        equal = min(max((packing.first - EARLY[0]) / (EARLY[1] - EARLY[0]), 0), 1)
+        inside = packing.hybrid["strain"] <= end
+        grains = packing.hybrid["grains"][inside]
+        told = ", ".join(f"{name} {value:+.2f} %" for name, value in zip(MEASURES, off))
+        print(f"{packing.number}: {packing.bits()}, first points at {100 * packing.first:.2f} % of strain, {100 * equal:.0f} % of the span from 1 to 10 %, {grains[-1]:.0f} of {grains[0]:.0f} grains at the end: {told}{band(packing)}")
+    for number, off in itself:
+        print(f"{number} once more: {', '.join(f'{name} {value:+.2f} %' for name, value in zip(MEASURES, off))}")
+    for column, name in enumerate(MEASURES):
+        ours, null = [row[column] for row in hybrids], [row[column] for row in nulls]
+        own = [off[column] for _, off in itself]
+        of_itself = f"; single ones {rms(ours) / rms(own):.2f} times those of {len(own)} packings from themselves" if own and column in OF_ITSELF else ""
+        print(f"{name}: {interval(ours)} %, {numpy.abs(ours).mean():.2f} off in the mean of absolute values{of_itself}; other packings {numpy.mean(null):.2f}, worse by p {worse(null, ours):.4f}")
+    peaks(packings, end)
+    places(packings)
+    thicknesses(packings)
+
+
+def band(packing):
+    (height, thickness), (wanted, wanted_thickness) = packing.bands
+    if height is None or wanted is None:
+        return ""
+    told = f"; band at {1e3 * height:.0f} mm for {1e3 * wanted:.0f}"
+    return told if thickness is None or wanted_thickness is None else f"{told}, {thickness:.1f} D50 for {wanted_thickness:.1f}"
+
+
+def peaks(packings, end):
+    ours, wanted = (numpy.array([peak(getattr(packing, kind), end) for packing in packings]).T for kind in ("hybrid", "alone"))
+    late = sum(packing.first < strain / 100 for packing, strain in zip(packings, ours[0]))
+    for name, difference in (("strain at the peak", ours[0] - wanted[0]), ("peak over that of grains alone", 100 * (ours[1] / wanted[1] - 1))):
+        p = stats.ttest_1samp(difference, 0).pvalue if difference.any() and len(packings) > 1 else float("nan")
+        print(f"{name}: {interval(difference)} %, p {p:.2f}; {late} of {len(packings)} peaks after the first points, {int((difference == 0).sum())} the same")
+
+
+def places(packings):
+    found = [(packing.bands[0][0], packing.bands[1][0]) for packing in packings if None not in (packing.bands[0][0], packing.bands[1][0])]
+    if len(found) < 2:
+        return
+    ours, theirs = numpy.array(found).T
+    apart = abs(ours[:, None] - theirs[None, :])
+    own = numpy.diag(apart)
+    exchanged = apart[~numpy.eye(len(found), dtype=bool)].reshape(len(found), -1)
+    random = numpy.random.default_rng(1)
+    row = numpy.arange(len(found))
+    near = numpy.array([(apart[row, random.permutation(row)] <= CELL).sum() for _ in range(100_000)])
+    p = (1 + (near >= (own <= CELL).sum()).sum()) / (1 + len(near))
+    print(f"place: {int((own <= CELL).sum())} of {len(found)} within {1e3 * CELL:g} mm, {near.mean():.1f} by exchange, p {p:.5f}; {1e3 * own.mean():.1f} mm apart, {1e3 * own.max():.1f} at most, {1e3 * exchanged.mean():.1f} from other packings, worse by p {worse(exchanged.mean(axis=1), own):.4f}")
+
+
+def thicknesses(packings):
+    found = [(packing.bands[0][1], packing.bands[1][1]) for packing in packings if None not in (packing.bands[0][1], packing.bands[1][1])]
+    if len(found) < 2:
+        return
+    ours, theirs = numpy.array(found).T
+    ratio = ours.var(ddof=1) / theirs.var(ddof=1)
+    below = stats.f.cdf(ratio, len(found) - 1, len(found) - 1)
+    apart = abs(ours[:, None] - theirs[None, :])
+    exchanged = apart[~numpy.eye(len(found), dtype=bool)].reshape(len(found), -1).mean(axis=1)
+    print(f"thickness: {interval(ours - theirs)} D50; over packings {ours.std(ddof=1):.1f} D50 for {theirs.std(ddof=1):.1f}, F test p {2 * min(below, 1 - below):.3f}; {abs(ours - theirs).mean():.1f} apart, {exchanged.mean():.1f} from other packings, worse by p {worse(exchanged, ours - theirs):.4f}")
