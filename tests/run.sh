@@ -30,8 +30,8 @@ cargo fmt --all --check || fail "the format; run cargo fmt --all"
 
 # Tests that read runs with VTK, or by the Python package, skip themselves where what they need is missing, unless they are told which interpreter has it.
 if [ -z "${SCREE_PYTHON:-}" ]; then
-    echo "== Python with VTK, pandas and h5py"
-    needed='import sys, vtk, numpy, pandas, h5py
+    echo "== Python with VTK, pandas, h5py and PyVista"
+    needed='import sys, vtk, numpy, pandas, h5py, pyvista
 if sys.version_info < (3, 11): import tomli'
     if python3 -c "$needed" 2>/dev/null; then
         SCREE_PYTHON=python3
@@ -39,8 +39,8 @@ if sys.version_info < (3, 11): import tomli'
         SCREE_PYTHON=$PWD/$target/python/bin/python
         case $target in /*) SCREE_PYTHON=$target/python/bin/python ;; esac
         "$SCREE_PYTHON" -c "$needed" 2>/dev/null ||
-            { python3 -m venv "$target/python" && "$SCREE_PYTHON" -m pip install -q vtk numpy pandas h5py 'tomli; python_version < "3.11"'; } ||
-            fail "installing the Python packages vtk, numpy, pandas and h5py; have python3 and python3-venv, or name an interpreter that has them in SCREE_PYTHON"
+            { python3 -m venv "$target/python" && "$SCREE_PYTHON" -m pip install -q vtk numpy pandas h5py pyvista 'tomli; python_version < "3.11"'; } ||
+            fail "installing the Python packages vtk, numpy, pandas, h5py and pyvista; have python3 and python3-venv, or name an interpreter that has them in SCREE_PYTHON"
     fi
 fi
 export SCREE_PYTHON
@@ -65,6 +65,20 @@ cargo clippy --release --workspace --all-targets --no-default-features -- -D war
 if command -v cargo-deny >/dev/null 2>&1; then
     echo "== Dependencies"
     cargo deny --log-level error check --hide-inclusion-graph || fail "cargo deny"
+fi
+
+# The handbook as a book: every page of its contents, by the tool that makes it. Links are held by a test.
+echo "== The handbook"
+book=$target/tools/bin/mdbook
+if command -v mdbook >/dev/null 2>&1; then
+    book=mdbook
+elif ! "$book" --version >/dev/null 2>&1; then
+    cargo install mdbook --version 0.4.52 --locked --no-default-features --root "$target/tools" || book=
+fi
+if [ -n "$book" ]; then
+    "$book" build docs --dest-dir "$(mktemp -d)/book" || fail "the handbook"
+else
+    echo "skipped: there is no mdbook, and it could not be installed" >&2
 fi
 
 # Where the nightly toolchain has it; bash tests/miri.sh installs it.

@@ -70,7 +70,7 @@ fn main() {
     let path = folder.join("frames.vtkhdf");
     let scratch = folder.join("scratch");
     std::fs::create_dir(&scratch).unwrap();
-    let mut file = FrameFile::create(&path, &scratch, &frame(0, rows), rows, &[]).unwrap();
+    let mut file = FrameFile::create(&path, &scratch, &frame(0, rows), rows, &[], &[]).unwrap();
     let (begun, [mut seconds, mut calls, mut blocks]) = (written(), [0.0, 0.0, 0.0]);
     let every = (frames / 10).max(1);
     println!("{rows} rows; per frame:   kB written   kB to disk       ms");

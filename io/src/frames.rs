@@ -46,6 +46,21 @@ pub struct Frame {
     pub whole: Vec<Column>,
 }
 
+/// What a field is, for whoever has the file and nothing else: `units` and `long_name` of its dataset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Meaning {
+    /// Its name; `Points` is the places, `Values` the times.
+    pub field: &'static str,
+    /// "1" of a pure number.
+    pub unit: &'static str,
+    pub what: &'static str,
+}
+
+/// The one of a field, if it is among them.
+fn meaning_of(meanings: &'static [Meaning], field: &str) -> Option<&'static Meaning> {
+    meanings.iter().find(|meaning| meaning.field == field)
+}
+
 /// What the rows of a frame are drawn as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drawn {

@@ -25,5 +25,5 @@ mod system;
 pub use column::{Column, Kind, State, Table, Values};
 pub use digest::digest;
 pub use error::Error;
-pub use frames::{Drawn, Frame, FrameFile};
+pub use frames::{Drawn, Frame, FrameFile, Meaning};
 pub use series::Series;

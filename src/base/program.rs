@@ -14,7 +14,7 @@ pub const SOURCE: &str = env!("SCREE_SOURCE");
 /// Profile, features, target and compiler.
 pub const BUILD: &str = env!("SCREE_BUILD");
 
-/// `scree 0.1.0 (003785f123)`.
+/// `scree 0.2.0 (003785f123)`.
 pub fn name() -> &'static str {
     concat!("scree ", env!("CARGO_PKG_VERSION"), " (", env!("SCREE_COMMIT"), ")")
 }

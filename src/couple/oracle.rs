@@ -132,7 +132,7 @@ impl Laplacian {
         form.number(&mut self.recent_strain, number("recent_strain", "c_1", RATIO, NOT_NEGATIVE, "8e-3").follows(chen));
         form.number(&mut self.window, number("window", "c_l", RATIO, POSITIVE, "2e-2").follows(chen));
         form.number(&mut self.persistence, number("persistence", "c_g", RATIO, POSITIVE, "9.6e-3").follows(chen));
-        let about = "the share of flagged nodes that may come and go from look to look";
+        let about = "the share of flagged nodes that may change between two evaluations";
         form.number(&mut self.tolerance, number("tolerance", about, RATIO, Range::closed(0.0, 0.5), "0.1").or("0.0"));
     }
 }
@@ -164,8 +164,8 @@ impl Oracle {
             Criterion::Concentration(by) => by.keys(form),
             Criterion::Laplacian(by) => by.keys(form),
         });
-        let key = count("every", "steps between two looks", (1, 1_000_000_000), "50");
-        form.count(&mut self.every, key.follows("twenty steps of the continuum, or sixteen looks in a window"));
+        let key = count("every", "steps between two evaluations", (1, 1_000_000_000), "50");
+        form.count(&mut self.every, key.follows("twenty steps of the continuum, or sixteen evaluations in a window"));
     }
 }
 

@@ -61,8 +61,10 @@ impl ZoneLife {
             &mut self.dissolves,
             flag("dissolves", "whether grains at rest turn back into points", "false").or("false"),
         );
-        let (strain, share) =
-            ("the strain of the busiest cell over which rest is judged", "the share of it below which a cell rests");
+        let (strain, share) = (
+            "the shear strain of the cell that shears most over which rest is judged",
+            "the share of it below which a cell rests",
+        );
         form.number(&mut self.rest_strain, number("rest_strain", strain, RATIO, POSITIVE, "0.05").or("0.05"));
         form.number(&mut self.rest_share, number("rest_share", share, RATIO, Range::open(0.0, 1.0), "0.02").or("0.02"));
     }

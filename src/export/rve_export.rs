@@ -10,6 +10,7 @@ use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::job::Job;
 use crate::job::mpm::figures::nearest_point;
+use crate::observe::fields::MEANINGS;
 use crate::observe::rve_frame;
 use crate::run::experiment::Setup;
 use crate::run::folder::{Scratch, scenario_file};
@@ -47,7 +48,7 @@ pub fn write(state: State, dir: &Path, point: &str, file: &Path) -> Result<PathB
     let system = |error: std::io::Error| Error::Run(format!("{}: {error}", file.display()));
     std::fs::create_dir(&making.0).map_err(system)?;
     for (frame, name) in [(grains, "grains.vtkhdf"), (contacts, "contacts.vtkhdf")] {
-        let made = FrameFile::create(&making.0.join(name), &making.0, &frame, frame.rows(), &[]);
+        let made = FrameFile::create(&making.0.join(name), &making.0, &frame, frame.rows(), &[], MEANINGS);
         made.map_err(|error| Error::Run(error.to_string()))?;
     }
     std::fs::rename(making.0.join("grains.vtkhdf"), file).map_err(system)?;

@@ -11,6 +11,7 @@ use scree_io::frames;
 use super::grain_dump::{Moment, chosen};
 use crate::base::error::Error;
 use crate::job::Job;
+use crate::observe::fields::MEANINGS;
 use crate::run::results::{Aside, refuse_existing, unwritable};
 
 const EXTENSION: &str = "vtkhdf";
@@ -45,7 +46,7 @@ pub fn write(dir: &Path, to: &Path, moment: Moment, overwrite: bool) -> Result<S
         for number in numbers {
             let frame = frames::read_frame(&path, number).map_err(unreadable)?;
             let file = to.join(of_frame(&name(&path), number));
-            put(&file, |to| frames::write_vtu(&frame, &attributes, to))?;
+            put(&file, |to| frames::write_vtu(&frame, &attributes, MEANINGS, to))?;
             if files.last().is_some_and(|(time, _)| *time == frame.time) {
                 files.pop();
             }

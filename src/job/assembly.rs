@@ -270,9 +270,9 @@ pub struct CellServo {
     pub stress: [Option<f64>; 3],
     /// Largest rate of stretch, 1/s.
     pub rate_max: f64,
-    /// Share of a missing stress that is made up between two looks, where grains move with the cell.
+    /// Share of the stress error that is made up by the next correction, where grains move with the cell.
     pub gain: f64,
-    /// Steps between two looks.
+    /// Steps between two corrections.
     pub interval: u64,
 }
 
@@ -308,9 +308,9 @@ impl CellServo {
         let rate = "the largest rate of stretch of axes held at a stress";
         let rate = number("rate_max", rate, Dimension::RATE, POSITIVE, "\"2 1/s\"");
         form.number(&mut held.rate_max, rate.required("where stress_normal is given"));
-        let gain = "the share of a missing stress that is made up between two looks at it";
+        let gain = "the share of the stress error that is made up by the next correction";
         form.number(&mut held.gain, number("stress_gain", gain, RATIO, Range::closed(1e-3, 1.0), "1.0").or("1.0"));
-        let interval = "steps between two looks at the stress";
+        let interval = "steps between two corrections of the stress";
         form.count(&mut held.interval, count("stress_interval", interval, (1, 1000), "2").or("2"));
         *servo = Some(held);
     }
@@ -337,7 +337,7 @@ pub enum Source {
 pub(super) fn keys_of_grains(form: &mut dyn Form, matter: &mut Matter, source: &mut Source) {
     form.number(
         &mut matter.density,
-        number("density", "the density of the solid", DENSITY, POSITIVE, "\"2650 kg/m3\""),
+        number("density", "the density of the matter of a grain, without pores", DENSITY, POSITIVE, "\"2650 kg/m3\""),
     );
     let (mut file, mut contacts) = match source {
         Source::File(read) => (Some(read.grains.clone()), read.contacts.clone()),

@@ -36,7 +36,7 @@ pub(crate) use resolve::{BLOCK_OF_DISCS, BYPASS, digits_below, margin_in_words, 
 pub use shear::{Continuum, Decomposition, Grains, Loading, Packing, Scenario, Specimen, Time, WeakRegion};
 pub(crate) use write::listed;
 
-/// Which parts of the program are awake.
+/// What a specimen is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Continuum first; grains where the oracle finds a persistent shear band (Chen et al. 2021).

@@ -45,7 +45,7 @@ impl Motion {
             "{amplitude = [\"0.1 mm\", 0], frequency = \"10e3 1/s\"}",
         );
         let mut sine = self.oscillation.unwrap_or(Oscillation::BLANK);
-        let about = "amplitude sin(2 pi frequency t), added to the way of a body";
+        let about = "amplitude sin(2 pi frequency t), added to the displacement of a body";
         let swings = form.table(self.oscillation.is_some(), oscillation.optional(), about, &mut |form| sine.keys(form));
         self.oscillation = swings.then_some(sine);
         let example = "{direction = [0, 1], force = \"5 N\", mass = \"10 g\", speed_max = \"1 cm/s\"}";

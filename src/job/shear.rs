@@ -108,7 +108,11 @@ impl Scenario {
     /// Keys above the first table.
     pub(super) fn head(&mut self, form: &mut dyn Form) {
         form.text(&mut self.name, text("name", "the job's name, also that of its run directory", "\"planar_shear\""));
-        Method::keys(&mut self.method, form, "which parts of the program are awake");
+        Method::keys(
+            &mut self.method,
+            form,
+            "what the specimen is made of: hybrid (points, and grains where a band forms), dem (grains alone) or mpm (points alone); the others are of jobs with [grid] or [mesh]",
+        );
         form.count(&mut self.seed, count("seed", "the seed of every random number", (0, i64::MAX as u64), "1").or("1"));
     }
 
@@ -223,7 +227,7 @@ impl Grains {
         let deviation = "the standard deviation of diameters";
         form.number(
             &mut self.diameter_mean,
-            number("diameter_mean", "the mean diameter D50", LENGTH, POSITIVE, "\"1 mm\""),
+            number("diameter_mean", "the mean diameter by number, D50 here", LENGTH, POSITIVE, "\"1 mm\""),
         );
         form.number(
             &mut self.diameter_deviation,
@@ -231,7 +235,13 @@ impl Grains {
         );
         form.number(
             &mut self.density,
-            number("density", "the density of the solid", DENSITY, POSITIVE, "\"2530 kg/m3\""),
+            number(
+                "density",
+                "the density of the matter of a grain, without pores",
+                DENSITY,
+                POSITIVE,
+                "\"2530 kg/m3\"",
+            ),
         );
         form.path_if_given(
             &mut self.file,

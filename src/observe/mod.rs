@@ -2,6 +2,7 @@
 
 pub mod contact_frame;
 pub mod element_frame;
+pub mod fields;
 pub mod frame;
 pub mod local_strain;
 pub mod point;

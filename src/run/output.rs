@@ -15,15 +15,18 @@ use crate::base::program;
 use crate::base::space::Space;
 use crate::domain::meter::Meter;
 use crate::domain::plan::LoadMap;
+use crate::observe::fields::MEANINGS;
 use crate::run::experiment::Experiment;
 use crate::run::folder::{Folder, LOAD, SUMMARY, series_file};
 use crate::run::log::Log;
-use crate::run::{Beginning, Options};
+use crate::run::{Beginning, Options, digest_of_text};
 use crate::store::checkpoint::{self, Progress, Snapshot, Target};
 
 /// Open files of a run, on rank 0, and its folder, which is held as long.
 pub struct Outputs {
     folder: Folder,
+    /// Digest of the job, as the log has it.
+    job: String,
     series: Series,
     /// Of the columns that the run has, those that its series has: one of a former program may lack some.
     columns: Vec<usize>,
@@ -61,16 +64,16 @@ impl FrameSeries {
         dir.join(format!("{}.vtkhdf", self.name))
     }
 
-    /// Adds a frame.
-    fn add(&mut self, folder: &Folder, frame: &Frame) -> Result<(), Error> {
+    /// Adds a frame of a run of `job`, by its digest.
+    fn add(&mut self, (folder, job): (&Folder, &str), frame: &Frame) -> Result<(), Error> {
         let run = Some(folder.id().as_str()).filter(|id| !id.is_empty()).map(|id| (checkpoint::RUN, id));
         let attributes: Vec<(&str, &str)> =
-            run.into_iter().chain([(checkpoint::PROGRAM, program::identity())]).collect();
+            run.into_iter().chain([("job", job), (checkpoint::PROGRAM, program::identity())]).collect();
         let path = self.path(folder.dir());
         let added = match &mut self.file {
             Some(file) => file.append(&fitted(frame, file)),
             None => {
-                let made = FrameFile::create(&path, &folder.scratch()?, frame, self.rows, &attributes);
+                let made = FrameFile::create(&path, &folder.scratch()?, frame, self.rows, &attributes, MEANINGS);
                 made.map(|made| self.file = Some(made))
             }
         };
@@ -143,7 +146,7 @@ impl Outputs {
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
         let columns = (0..header.len()).collect();
-        Ok(Self::new(folder, log, (series, columns), (step, experiment.steps), experiment.frame_series()))
+        Ok(Self::new(folder, log, (series, columns), step, experiment))
     }
 
     /// Cuts log, series and frames back to what `progress` had written, once all of them are seen to hold that. Those of a branch
@@ -181,23 +184,24 @@ impl Outputs {
         let scratch = folder.scratch()?;
         for one in &mut frame_series {
             let path = one.path(dir);
-            let cut = FrameFile::open_and_cut(&path, &scratch, frames_wanted);
+            let cut = FrameFile::open_and_cut(&path, &scratch, frames_wanted, MEANINGS);
             one.file = Some(cut.map_err(|error| failed(&path, &error))?);
         }
-        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps), frame_series);
-        Ok(Some(Self { summary, ..outputs }))
+        let outputs = Self::new(folder, log, (series, columns), progress.step, experiment);
+        Ok(Some(Self { summary, frame_series, ..outputs }))
     }
 
-    fn new(
+    fn new<S: Space>(
         folder: Folder,
         log: Log,
         (series, columns): (Series, Vec<usize>),
-        (step, steps): (u64, u64),
-        frame_series: Vec<FrameSeries>,
+        step: u64,
+        experiment: &Experiment<S>,
     ) -> Self {
         let (summary, meter) = (BTreeMap::new(), Meter::known());
-        let began = (step, Instant::now(), steps);
-        Self { folder, series, columns, frame_series, log, summary, meter, began }
+        let (job, frame_series) = (digest_of_text(&experiment.job), experiment.frame_series());
+        let began = (step, Instant::now(), experiment.steps);
+        Self { folder, job, series, columns, frame_series, log, summary, meter, began }
     }
 
     pub fn folder(&self) -> &Folder {
@@ -234,7 +238,7 @@ impl Outputs {
             let likely = if one.is_of_contacts { 3 * drawn } else { frame.rows() };
             one.rows = one.rows.max(likely);
             drawn = one.rows;
-            one.add(&self.folder, frame)?;
+            one.add((&self.folder, &self.job), frame)?;
         }
         Ok(())
     }

@@ -111,7 +111,7 @@ fn all_mistakes_are_told_at_once() {
         "mine.toml: 3 mistakes.",
         "mine.toml:5: specimen.width = \"2 cm/s\" is a speed, but a length (m) is wanted. Write for example width = \"6 cm\".\n  5 | width = \"2 cm/s\"\n    |         ^^^^^^^^\n",
         "[contact] has no key stifness_normal. Did you mean stiffness_normal?",
-        "[grains] has no density, the density of the solid.",
+        "[grains] has no density, the density of the matter of a grain, without pores.",
     ] {
         assert!(keys.contains(part), "{part}\n{keys}");
     }

@@ -74,6 +74,10 @@ class Frame:
         return mesh
 
 
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
 class _Part:
     """One file of frames. A run that has written much has several: frames.vtkhdf, frames.2.vtkhdf and so on."""
 
@@ -88,6 +92,11 @@ class _Part:
             self.group = "PointData" if len(root.get("PointData", ())) else "CellData"
             self.corners = int(root["Steps"].attrs.get("Corners", 1 if self.group == "PointData" else 2))
             self.names = sorted(root.get(self.group, ()))
+            # Files of before fields told it have none.
+            told = {name: root[f"{self.group}/{name}"].attrs for name in self.names}
+            self.units = {name: _text(attributes["units"]) for name, attributes in told.items() if "units" in attributes}
+            self.meanings = {name: _text(attributes["long_name"]) for name, attributes in told.items() if "long_name" in attributes}
+            self.provenance = {name: _text(value) for name, value in file.attrs.items()}
 
     def frame(self, at: int) -> Frame:
         with h5py.File(self.path, "r") as file:
@@ -120,6 +129,21 @@ class Frames(Sequence):
     def names(self) -> list[str]:
         """Names of their fields."""
         return self._parts[0].names
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of their fields, "1" of pure numbers; empty of files by a version before 0.2."""
+        return self._parts[0].units
+
+    @property
+    def meanings(self) -> dict[str, str]:
+        """What their fields are, in words."""
+        return self._parts[0].meanings
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """Which `program` wrote them, of which `run`, from which `job` (its digest)."""
+        return self._parts[0].provenance
 
     def __len__(self) -> int:
         return len(self.times)

@@ -1,9 +1,11 @@
 """The package against runs of the program, which SCREE names; without it these tests are skipped."""
 
 import csv
+import importlib
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -52,7 +54,7 @@ contact_frames = true
 """
 
 
-UNITS = {"1", "s", "m", "m/s", "m3", "rad", "kg", "N", "N m", "N s", "J", "Pa"}
+UNITS = {"1", "s", "m", "m/s", "m3", "rad", "rad/s", "kg", "N", "N m", "N s", "J", "Pa"}
 
 
 class Units(unittest.TestCase):
@@ -69,6 +71,14 @@ class Units(unittest.TestCase):
 
         self.assertEqual({unit for _, unit in _table()} - UNITS, set())
         self.assertEqual([scree.unit_of(name) for name in ("work_bodies", "energy_stored", "stress_error_yy", "points_dissipated")], ["J", "J", "Pa", "J"])
+
+
+def imported(test, name):
+    """A package that a test can do without."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError:
+        return test.skipTest(f"there is no {name}")
 
 
 #: A block of elements that is pulled.
@@ -205,6 +215,49 @@ class Runs(unittest.TestCase):
         self.assertEqual(frames.at(0.9e-3).time, frames.times[1])
         self.assertEqual(len(frames[-1].points), 0)
         self.assertEqual([frame.time for frame in frames[1:]], list(frames.times[1:]))
+
+    def test_frames_tell_what_they_are_and_whose(self):
+        for frames in (self.run_of.frames, self.run_of.contacts):
+            self.assertEqual((set(frames.units), set(frames.meanings)), (set(frames.names), set(frames.names)))
+            self.assertLessEqual(set(frames.units.values()), UNITS)
+        self.assertEqual((self.run_of.frames.units["velocity"], self.run_of.contacts.units["force"]), ("m/s", "N"))
+        begun = self.run_of.events("started")[0]
+        provenance = self.run_of.frames.provenance
+        self.assertEqual((provenance["program"], provenance["job"]), (begun["program"], begun["job"]))
+
+    def test_exports_are_read_by_the_programs_they_are_for(self):
+        """Frames for ParaView before 5.12 by VTK's oldest reader and by PyVista, with all their times; the dump by OVITO."""
+        with tempfile.TemporaryDirectory() as folder:
+            files, dump = Path(folder) / "vtu", Path(folder) / "grains.dump"
+            for arguments in (("--vtu", files), ("--lammps-dump", dump, "--all")):
+                subprocess.run([PROGRAM, "export", self.run_of.folder, *arguments], check=True, capture_output=True)
+            frames = self.run_of.frames
+            with self.subTest(reader="vtk"):
+                vtk = imported(self, "vtk")
+                reader = vtk.vtkXMLUnstructuredGridReader()
+                reader.SetFileName(str(files / "frames_0002.vtu"))
+                reader.Update()
+                fields = reader.GetOutput().GetPointData()
+                self.assertEqual(sorted(fields.GetArrayName(at) for at in range(fields.GetNumberOfArrays())), frames.names)
+                unit = lambda name: fields.GetArray(name).GetInformation().Get(vtk.vtkDataArray.UNITS_LABEL())
+                self.assertEqual({name: unit(name) for name in frames.names}, frames.units)
+            with self.subTest(reader="pyvista"):
+                reader = imported(self, "pyvista").get_reader(files / "frames.pvd")
+                self.assertEqual(reader.time_values, list(frames.times))
+                for frame in frames:
+                    reader.set_active_time_value(frame.time)
+                    mesh = reader.read()[0]
+                    np.testing.assert_array_equal(mesh.points, frame.positions)
+                    np.testing.assert_array_equal(mesh.point_data["stress"], frame["stress"])
+            with self.subTest(reader="ovito"):
+                pipeline = imported(self, "ovito.io").import_file(dump)
+                self.assertEqual(pipeline.source.num_frames, len(frames))
+                particles = pipeline.compute(2).particles
+                # Of single precision.
+                self.assertEqual(particles.count, 400)
+                order, wanted = np.argsort(particles["Particle Identifier"][...]), np.argsort(frames[2]["id"])
+                np.testing.assert_allclose(particles["Radius"][...][order], frames[2]["radius"][wanted], rtol=1e-6)
+                np.testing.assert_allclose(particles["Velocity"][...][order], frames[2]["velocity"][wanted], rtol=1e-6, atol=1e-9)
 
     def test_frames_of_several_files_are_one_list(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -346,6 +399,31 @@ class Runs(unittest.TestCase):
             sweep.rows({"seed": 1})
         with self.assertRaises(FileNotFoundError):
             scree.Sweep(self.run_of.folder)
+
+    def test_figures_are_drawn_from_runs(self):
+        imported(self, "matplotlib")
+        sys.path.insert(0, str(ROOT / "io/python/examples"))
+        self.addCleanup(sys.path.pop, 0)
+        plot = importlib.import_module("plot")
+        run, out = str(self.run_of.folder), Path(self.folder.name) / "figure.png"
+        for arguments in (
+            ["curves", out, "time", "0-stress_xy/1e3; 0-stress_yy/1e3", f"a={run}", f"a={run}", f"b={run}", "--smooth", "3"],
+            ["curves", out, "time", "edge_yy/edge_yy[0]-1", run, "--labels", "t (s),strain"],
+            ["map", out, "deviatoric_strain", run, run, "--times", "50%,100%", "--since", "0"],
+            ["map", out, "displacement", run],
+            ["chains", out, run, "--times", "1e-3"],
+            ["profile", out, "velocity", run],
+            ["mohr", out, run, run],
+        ):
+            with self.subTest(figure=arguments[:1]):
+                plot.main([str(argument) for argument in arguments])
+                self.assertEqual(out.read_bytes()[1:4], b"PNG")
+                out.unlink()
+        # Circles of a material with c = 2 kPa and 30 degrees: s1 = 3 s3 + 2 sqrt(3) c.
+        minor = np.array([1e4, 5e4, 2e5])
+        angle, cohesion = plot.envelope(np.column_stack([3 * minor + 2 * np.sqrt(3) * 2e3, minor]))
+        self.assertAlmostEqual(np.degrees(angle), 30)
+        self.assertAlmostEqual(cohesion, 2e3, places=6)
 
     def test_what_the_program_refuses_is_told(self):
         with self.assertRaises(scree.Failed) as refused:

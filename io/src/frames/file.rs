@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::layout::{self, Filled, Layout};
 use super::read::{self, Index};
 use super::shape::Shape;
-use super::{Frame, PART_BYTES, part};
+use super::{Frame, Meaning, PART_BYTES, part};
 use crate::column::assert_name;
 use crate::error::Error;
 use crate::h5;
@@ -19,6 +19,7 @@ pub struct FrameFile {
     path: PathBuf,
     scratch: PathBuf,
     attributes: Vec<(String, String)>,
+    meanings: &'static [Meaning],
     part_bytes: u64,
     /// The most rows that frames are known to have.
     rows: usize,
@@ -46,7 +47,7 @@ impl FrameFile {
     ///
     /// Everything in the making lies in the folder `scratch`, on the file system of `path`; what an earlier process left
     /// there of this file is removed. `rows_hint` is how many rows frames will have at most, as far as is known: that many
-    /// are stored as one. `attributes` tell who writes the file ([`attributes`](super::attributes)).
+    /// are stored as one. `attributes` tell who writes the file ([`attributes`](super::attributes)), `meanings` what its fields are.
     ///
     /// Panics, as [`append`](FrameFile::append) does, if a field is neither `f64` nor `i64` or lacks a row per point; and
     /// if the text of an attribute has more than 1024 bytes or has a zero among them.
@@ -56,6 +57,7 @@ impl FrameFile {
         first: &Frame,
         rows_hint: usize,
         attributes: &[(&str, &str)],
+        meanings: &'static [Meaning],
     ) -> Result<FrameFile, Error> {
         for (key, text) in attributes {
             assert_name(key);
@@ -72,6 +74,7 @@ impl FrameFile {
             path: path.to_owned(),
             scratch: scratch.to_owned(),
             attributes: attributes.iter().map(|(key, text)| ((*key).to_owned(), (*text).to_owned())).collect(),
+            meanings,
             part_bytes: PART_BYTES,
             rows: rows_hint,
             closed: 0,
@@ -85,12 +88,17 @@ impl FrameFile {
         Ok(file)
     }
 
-    /// Takes the file up again with its first `steps` frames; the rest are cut off. `scratch` is as for
-    /// [`create`](FrameFile::create).
+    /// Takes the file up again with its first `steps` frames; the rest are cut off. `scratch` and `meanings`, of parts that are still to come, are
+    /// as for [`create`](FrameFile::create).
     ///
     /// [`Error::TooFewFrames`] if it has fewer; with [`Error::is_damage`] if it is not whole. A part that an earlier version
     /// of this program laid out is closed: the next frame goes to another.
-    pub fn open_and_cut(path: &Path, scratch: &Path, steps: usize) -> Result<FrameFile, Error> {
+    pub fn open_and_cut(
+        path: &Path,
+        scratch: &Path,
+        steps: usize,
+        meanings: &'static [Meaning],
+    ) -> Result<FrameFile, Error> {
         let (mut closed, mut frames_closed) = (0, 0);
         let mut index = Index::open(path)?;
         while frames_closed + index.frames() < steps {
@@ -118,6 +126,7 @@ impl FrameFile {
             path: path.to_owned(),
             scratch: scratch.to_owned(),
             attributes: read::attributes(path)?.into_iter().collect(),
+            meanings,
             part_bytes: PART_BYTES,
             rows: rows.max(layout.chunk_rows),
             closed,
@@ -220,7 +229,7 @@ impl FrameFile {
             let mut attributes = self.attributes.iter();
             attributes
                 .try_for_each(|(key, text)| h5::write_text(&file, key, text))
-                .and_then(|()| layout.create(&file))
+                .and_then(|()| layout.create(&file, self.meanings))
                 .and_then(|()| layout.append(&file, Filled::default(), frame))
                 .map_err(|error| h5::explain("write", partial, &error))?;
             h5::close(file, partial)

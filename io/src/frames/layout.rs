@@ -12,7 +12,7 @@ use hdf5::{Dataset, DatasetBuilderEmpty, Extent, File, Group, H5Type, Hyperslab}
 use ndarray::{ArrayViewD, IxDyn};
 
 use super::shape::Shape;
-use super::{Drawn, Frame};
+use super::{Drawn, Frame, Meaning, meaning_of};
 use crate::column::{Kind, Values};
 use crate::h5;
 
@@ -83,8 +83,8 @@ impl Layout {
         Filled { frames: filled.frames + 1, chunks: filled.chunks + rows.div_ceil(self.chunk_rows).max(1) }
     }
 
-    /// Lays out an empty file.
-    pub fn create(&self, file: &File) -> hdf5::Result<()> {
+    /// Lays out an empty file, whose datasets tell what they are.
+    pub fn create(&self, file: &File, meanings: &'static [Meaning]) -> hdf5::Result<()> {
         let Layout { shape, chunk_rows } = self;
         let root = h5::create_group(file, ROOT)?;
         root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 0])?;
@@ -100,19 +100,21 @@ impl Layout {
         for (name, width) in self.step_numbers().into_iter().chain(self.step_zeros()) {
             grow_by_step::<i64>(&root, &name, width)?;
         }
-        grow_by_step::<f64>(&root, "Steps/Values", 1)?;
+        tell(&grow_by_step::<f64>(&root, "Steps/Values", 1)?, meaning_of(meanings, "Values"))?;
         for field in &shape.whole {
-            grow_by_step::<f64>(&root, &format!("{WHOLE}/{}", field.name), field.width)?;
+            let dataset = grow_by_step::<f64>(&root, &format!("{WHOLE}/{}", field.name), field.width)?;
+            tell(&dataset, meaning_of(meanings, &field.name))?;
         }
-        grow_by_row::<f64>(&root, "Points", 3, self.chunk_positions())?;
+        tell(&grow_by_row::<f64>(&root, "Points", 3, self.chunk_positions())?, meaning_of(meanings, "Points"))?;
         grow_by_row::<i64>(&root, &self.ours("Offsets"), 1, chunk_rows + 1)?;
         grow_by_row::<i64>(&root, &self.ours("Connectivity"), 1, self.chunk_positions())?;
         for field in &shape.fields {
             let name = format!("{}/{}", shape.drawn.data(), field.name);
-            match field.kind {
+            let dataset = match field.kind {
                 Kind::F64 => grow_by_row::<f64>(&root, &name, field.width, *chunk_rows)?,
                 _ => grow_by_row::<i64>(&root, &name, field.width, *chunk_rows)?,
             };
+            tell(&dataset, meaning_of(meanings, &field.name))?;
         }
         self.link(&root)
     }
@@ -289,6 +291,12 @@ fn grow_by_step<T: H5Type>(group: &Group, name: &str, width: usize) -> hdf5::Res
 
 fn grow_by_row<T: H5Type>(group: &Group, name: &str, width: usize, rows: usize) -> hdf5::Result<Dataset> {
     build(group.new_dataset::<T>().shuffle().deflate(1).fletcher32(), name, width, rows)
+}
+
+fn tell(dataset: &Dataset, meaning: Option<&Meaning>) -> hdf5::Result<()> {
+    let Some(Meaning { unit, what, .. }) = meaning else { return Ok(()) };
+    h5::write_text(dataset, "units", unit)?;
+    h5::write_text(dataset, "long_name", what)
 }
 
 fn build(builder: DatasetBuilderEmpty, name: &str, width: usize, rows: usize) -> hdf5::Result<Dataset> {

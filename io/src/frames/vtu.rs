@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::{Drawn, Frame};
+use super::{Drawn, Frame, Meaning, meaning_of};
 use crate::column::{Column, Values};
 
 /// VTK's number of a cell.
@@ -18,10 +18,10 @@ fn cell_type(drawn: Drawn) -> u8 {
 }
 
 /// The head of the file while its arrays are named, and their bytes behind it.
-#[derive(Default)]
 struct Page {
     head: String,
     data: Vec<u8>,
+    meanings: &'static [Meaning],
 }
 
 impl Page {
@@ -36,8 +36,9 @@ impl Page {
         let offset = self.data.len();
         writeln!(
             self.head,
-            "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{width}\"{tuples} format=\"appended\" offset=\"{offset}\"/>",
-            escaped(name)
+            "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{width}\"{tuples} format=\"appended\" offset=\"{offset}\"{}",
+            escaped(name),
+            meaning_of(self.meanings, name).map_or_else(|| "/>".to_string(), |meaning| unit_label(meaning.unit)),
         )
         .expect("a string takes every write");
         self.data.extend((bytes.len() as u64).to_le_bytes());
@@ -60,14 +61,25 @@ impl Page {
     }
 }
 
+/// What stands in an array that has a unit, to its end, as VTK writes it.
+fn unit_label(unit: &str) -> String {
+    let key = "<InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">";
+    format!(">\n{key}{}</InformationKey>\n</DataArray>", escaped(unit))
+}
+
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
-/// Writes a frame. `attributes` are words about where it is from, as in the head of VTKHDF files.
-pub fn write_vtu(frame: &Frame, attributes: &BTreeMap<String, String>, to: &mut impl Write) -> io::Result<()> {
+/// Writes a frame. `attributes` are words about where it is from, as in the head of VTKHDF files, `meanings` have the units of its fields.
+pub fn write_vtu(
+    frame: &Frame,
+    attributes: &BTreeMap<String, String>,
+    meanings: &'static [Meaning],
+    to: &mut impl Write,
+) -> io::Result<()> {
     let (rows, corners) = (frame.rows(), frame.drawn.positions());
-    let mut page = Page::default();
+    let mut page = Page { head: String::new(), data: Vec::new(), meanings };
     page.line("<?xml version=\"1.0\"?>");
     for (name, value) in attributes {
         // No comment has two hyphens in a row.
@@ -124,7 +136,8 @@ mod tests {
             whole: vec![column("cell_corner", 3, Values::F64(vec![7.0, 8.0, 9.0]))],
         };
         let mut bytes = Vec::new();
-        write_vtu(&frame, &BTreeMap::from([("program".into(), "scree".into())]), &mut bytes).unwrap();
+        const FORCE: &[Meaning] = &[Meaning { field: "force", unit: "N", what: "force" }];
+        write_vtu(&frame, &BTreeMap::from([("program".into(), "scree".into())]), FORCE, &mut bytes).unwrap();
         let begin = bytes.windows(23).position(|part| part == b"<AppendedData encoding=").unwrap();
         let data = begin + bytes[begin..].iter().position(|byte| *byte == b'_').unwrap() + 1;
         let head = String::from_utf8(bytes[..begin].to_vec()).unwrap();
@@ -146,6 +159,10 @@ mod tests {
         assert_eq!(array("types"), [3]);
         assert!(head.find("<CellData>").unwrap() < head.find("\"force\"").unwrap());
         assert!(head.contains("<!-- program: scree -->"));
+        let unit = head.lines().position(|line| line.contains("UNITS_LABEL")).unwrap();
+        let lines: Vec<&str> = head.lines().collect();
+        assert!(lines[unit - 1].contains("\"force\"") && lines[unit].contains(">N<"), "{head}");
+        assert_eq!(lines[unit + 1], "</DataArray>");
         assert!(pvd(&[(0.25, "a<.vtu".into())]).contains("timestep=\"0.25\" part=\"0\" file=\"a&lt;.vtu\""));
     }
 }

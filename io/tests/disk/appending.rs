@@ -6,6 +6,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use hdf5::types::FixedUnicode;
 use ndarray::IxDyn;
 use scree_io::{Column, Drawn, Frame, FrameFile, Values, frames};
 
@@ -50,7 +51,7 @@ fn the_thousandth_frame_costs_what_the_first_does() {
     for rows in [30, 300] {
         let (_guard, folder) = sample::folder();
         let path = folder.join("frames.vtkhdf");
-        let mut file = FrameFile::create(&path, &sample::scratch(&path), &wide(0, rows), rows, &[]).unwrap();
+        let mut file = FrameFile::create(&path, &sample::scratch(&path), &wide(0, rows), rows, &[], &[]).unwrap();
         let mut costs = Vec::new();
         for number in 1..=1000 {
             let frame = wide(number, rows);
@@ -78,7 +79,7 @@ fn the_second_file_is_kept_and_one_frame_behind() {
         let path = folder.join("frames.vtkhdf");
         let scratch = sample::scratch(&path);
         let of = |number| sample::frame_of(drawn, number);
-        let mut file = FrameFile::create(&path, &scratch, &of(0), 50, &[]).unwrap();
+        let mut file = FrameFile::create(&path, &scratch, &of(0), 50, &[], &[]).unwrap();
         let mut waits: Option<fs::File> = None;
         let mut copies = 0;
         for number in 1..40 {
@@ -103,7 +104,7 @@ fn chunks_are_sized_for_the_rows_they_hold() {
     let (_guard, folder) = sample::folder();
     let chunk = |hint: usize, rows: usize| {
         let path = folder.join(format!("{hint}-{rows}.vtkhdf"));
-        FrameFile::create(&path, &sample::scratch(&path), &wide(0, rows), hint, &[]).unwrap();
+        FrameFile::create(&path, &sample::scratch(&path), &wide(0, rows), hint, &[], &[]).unwrap();
         let file = hdf5::File::open(&path).unwrap();
         file.dataset("VTKHDF/Points").unwrap().chunk().unwrap()[0]
     };
@@ -122,7 +123,7 @@ fn frames_larger_than_was_said_come_back() {
     let (_guard, folder) = sample::folder();
     let path = folder.join("frames.vtkhdf");
     let sizes = [0, 1, 63, 64, 65, 128, 0, 0, 129, 5000, 3];
-    let mut file = FrameFile::create(&path, &sample::scratch(&path), &wide(0, 0), 0, &[]).unwrap();
+    let mut file = FrameFile::create(&path, &sample::scratch(&path), &wide(0, 0), 0, &[], &[]).unwrap();
     (1..sizes.len()).for_each(|number| file.append(&wide(number, sizes[number])).unwrap());
     let all: Vec<Frame> = sizes.iter().enumerate().map(|(number, rows)| wide(number, *rows)).collect();
     assert_eq!(frames::read(&path).unwrap(), all);
@@ -152,7 +153,7 @@ fn whoever_wrote_the_file_can_be_read() {
     let path = folder.join("frames.vtkhdf");
     let long = "x".repeat(1024);
     let given = [("run", "a1b2"), ("program", "scree 0.1.0 – ä"), ("none", ""), ("long", &long)];
-    let file = FrameFile::create(&path, &sample::scratch(&path), &frame(0), 100, &given).unwrap();
+    let file = FrameFile::create(&path, &sample::scratch(&path), &frame(0), 100, &given, &[]).unwrap();
     let told = |path: &Path| frames::attributes(path).unwrap();
     let wanted = given.map(|(key, text)| (key.to_owned(), text.to_owned())).into();
     assert_eq!(told(&path), wanted);
@@ -163,6 +164,28 @@ fn whoever_wrote_the_file_can_be_read() {
     let mut file = sample::open_and_cut(&path, 1).unwrap().with_parts_of(1);
     file.append(&frame(1)).unwrap();
     assert_eq!(told(&folder.join("frames.2.vtkhdf")), wanted);
+}
+
+#[test]
+fn fields_tell_their_units_in_every_part() {
+    let (_guard, folder) = sample::folder();
+    let path = folder.join("frames.vtkhdf");
+    let mut file = sample::create(&path, &frame(0)).with_parts_of(1);
+    file.append(&frame(1)).unwrap();
+    let mut file = sample::open_and_cut(&path, 1).unwrap().with_parts_of(1);
+    file.append(&frame(2)).unwrap();
+    for path in [path, folder.join("frames.2.vtkhdf")] {
+        let file = hdf5::File::open(&path).unwrap();
+        for meaning in sample::MEANINGS {
+            let dataset = ["PointData", "FieldData", "."]
+                .iter()
+                .find_map(|group| file.dataset(&format!("VTKHDF/{group}/{}", meaning.field)).ok());
+            let dataset = dataset.unwrap();
+            let told = |key: &str| dataset.attr(key).unwrap().read_scalar::<FixedUnicode<64>>().unwrap().to_string();
+            assert_eq!([told("units"), told("long_name")], [meaning.unit, meaning.what]);
+        }
+        assert!(file.dataset("VTKHDF/NumberOfPoints").unwrap().attr("units").is_err());
+    }
 }
 
 /// A file with the first frames, its second file, and the folder that has the latter.

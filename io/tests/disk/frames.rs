@@ -101,7 +101,7 @@ fn parts_are_one_list() {
     assert_eq!(parts(), 1);
     fs::remove_file(&path).unwrap();
     fs::write(folder.join("frames.2.vtkhdf"), "of another run").unwrap();
-    let error = FrameFile::create(&path, &sample::scratch(&path), &frame(0), 0, &[]).unwrap_err();
+    let error = FrameFile::create(&path, &sample::scratch(&path), &frame(0), 0, &[], &[]).unwrap_err();
     assert!(error.to_string().contains("frames.2.vtkhdf"), "{error}");
 }
 
@@ -144,7 +144,7 @@ fn creating_never_overwrites_and_other_files_are_refused() {
     let (_guard, folder) = sample::folder();
     let path = folder.join("frames.vtkhdf");
     write(&path, 0..1);
-    let error = FrameFile::create(&path, &sample::scratch(&path), &frame(1), 0, &[]).unwrap_err();
+    let error = FrameFile::create(&path, &sample::scratch(&path), &frame(1), 0, &[], &[]).unwrap_err();
     assert!(error.to_string().contains("move it aside"), "{error}");
 
     let state = folder.join("state.h5");

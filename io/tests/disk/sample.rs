@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use scree_io::{Column, Drawn, Error, Frame, FrameFile, State, Table, Values};
+use scree_io::{Column, Drawn, Error, Frame, FrameFile, Meaning, State, Table, Values};
 
 /// A state with every kind of column, an empty table, a table without columns, and long, odd and empty texts.
 pub fn state() -> State {
@@ -87,14 +87,21 @@ fn field(name: &str, width: usize, values: Values) -> Column {
     Column { name: name.to_owned(), width, values }
 }
 
+/// What is told of fields of [`frame`].
+pub const MEANINGS: &[Meaning] = &[
+    Meaning { field: "stress", unit: "Pa", what: "Cauchy stress" },
+    Meaning { field: "edges", unit: "m", what: "edges of the cell" },
+    Meaning { field: "Points", unit: "m", what: "place" },
+];
+
 /// A frame file in the making beside which a folder has what is in the making, made if it is not there.
 pub fn create(path: &Path, first: &Frame) -> FrameFile {
-    FrameFile::create(path, &scratch(path), first, 100, &[("run", "of a test")]).unwrap()
+    FrameFile::create(path, &scratch(path), first, 100, &[("run", "of a test")], MEANINGS).unwrap()
 }
 
 /// The same, gone on with.
 pub fn open_and_cut(path: &Path, steps: usize) -> Result<FrameFile, Error> {
-    FrameFile::open_and_cut(path, &scratch(path), steps)
+    FrameFile::open_and_cut(path, &scratch(path), steps, MEANINGS)
 }
 
 pub fn scratch(path: &Path) -> PathBuf {

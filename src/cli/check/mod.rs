@@ -141,6 +141,16 @@ mod tests {
         assert!(!grains.contains("speed-up") && !points.contains("speed-up"));
     }
 
+    /// Points have them at the start, where there are none.
+    #[test]
+    fn weak_regions_of_a_specimen_that_begins_as_grains_are_told_to_do_nothing() {
+        let sets = ["zone.begins=everywhere", "zone.dissolves=true", "enrichment.distance=5 mm"];
+        let told = "[[continuum.weak]] does nothing";
+        assert!(checked("planar_shear_weak_row.toml", &sets).contains(told));
+        assert!(!checked("planar_shear_weak_row.toml", &[]).contains(told));
+        assert!(!checked("planar_shear.toml", &sets).contains(told));
+    }
+
     /// A key that the law does not have would be refused when it is written, and Hertz contacts have no one stiffness.
     #[test]
     fn soft_contacts_are_told_the_key_of_their_law() {

@@ -85,7 +85,7 @@ impl Mpm {
         );
         let mut blank = form.describes().then(Granular::blank);
         if let Some(grains) = self.grains.as_deref_mut().or(blank.as_mut()) {
-            grains.method.keys(form, "what a job with grains is made of: mpm, dem, hybrid, mpm_dem or fem_dem");
+            grains.method.keys(form, "what a job with [grains] is made of: hybrid, dem, mpm or mpm_dem with [grid], fem_dem with [mesh]; refused without [grains]");
             let seed = count("seed", "the seed of every random number", (0, i64::MAX as u64), "1");
             form.count(&mut grains.piece.seed, seed.or("1"));
         }
@@ -113,7 +113,7 @@ impl Mpm {
     }
 
     pub(in crate::job) fn keys_of_decomposition(&mut self, form: &mut dyn Form) {
-        let about = "the edge of a block in cells";
+        let about = "the edge of a block in cells: at least 1 with [mesh], 2 on a grid, 3 with cubic shape functions";
         let cells = count("cells_per_block", about, (1, 64), "8")
             .follows("8 in the plane, 4 in space, the least there may be with RVEs, or what fits periods");
         size(form, &mut self.cells_per_block, cells);
@@ -492,7 +492,7 @@ impl Membrane {
         variant(form, &mut self.path, "shape", text("shape", "line or circle", "\"line\""), &kinds, |path, form| {
             match path {
                 Path::Line { from, to } => {
-                    let about = "where a line begins; pressure pushes to the left of the way from there";
+                    let about = "where a line begins; pressure pushes to the left when going from here to its end";
                     plane(form, from, vector("from", about, LENGTH, "\"0 m\""));
                     plane(form, to, vector("to", "where a line ends", LENGTH, "\"9 cm\""));
                 }

@@ -57,7 +57,7 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
         return Ok(None);
     }
     let mut granular = Granular::blank();
-    granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem, hybrid, mpm_dem or fem_dem");
+    granular.method.keys(&mut top.clone(), "what a job with [grains] is made of: hybrid, dem, mpm or mpm_dem with [grid], fem_dem with [mesh]; refused without [grains]");
     if granular.method == Method::Hybrid && grid.dimension != 2 {
         return Err(grains.refusal_of_table("take the place of points in plane strain, and this grid is in space. Write grid.space = \"plane\", or method = \"dem\" or \"mpm\"."));
     }

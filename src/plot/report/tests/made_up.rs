@@ -216,7 +216,7 @@ impl<'a> Made<'a> {
         fs::write(directory.join("summary.json"), summary).unwrap();
 
         let path = directory.join("frames.vtkhdf");
-        let mut frames = FrameFile::create(&path, directory, &self.frame(0.0), 0, &[]).unwrap();
+        let mut frames = FrameFile::create(&path, directory, &self.frame(0.0), 0, &[], &[]).unwrap();
         for index in 1..=self.frames {
             frames.append(&self.frame(0.01 * f64::from(index) + 1e-9)).unwrap();
         }

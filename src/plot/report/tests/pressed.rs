@@ -115,7 +115,7 @@ impl<'a> Made<'a> {
         let summary = if self.method == "hybrid" { enriched.as_str() } else { "{\"outcome\": \"done\"}" };
         fs::write(directory.join("summary.json"), summary).unwrap();
         let mut frames =
-            FrameFile::create(&directory.join("frames.vtkhdf"), directory, &self.frame(0.0), 0, &[]).unwrap();
+            FrameFile::create(&directory.join("frames.vtkhdf"), directory, &self.frame(0.0), 0, &[], &[]).unwrap();
         (1..=10).for_each(|frame| frames.append(&self.frame(0.01 * f64::from(frame))).unwrap());
 
         let mut header = "step,time,grains,points,volume,centre_x,centre_y,lower_x,upper_x,lower_y,upper_y,stress_xx,stress_yy,\
