@@ -15,6 +15,7 @@ from scipy import stats
 from figures import series
 
 WINDOW = 0.005
+ENDS = (0.3, 0.57)
 EARLY = (0.01, 0.1)
 # m
 CELL = 7.5e-3
@@ -27,7 +28,11 @@ def everywhere(folder):
     """To 30 % of strain of all packings, and to 57 of those that go so far."""
     numbers = lambda kind: {int(found.group(1)) for path in glob.glob(f"{folder}/{kind}_*/summary.json") if (found := re.search(rf"{kind}_(\d+)/", path))}
     packings = [Packing(folder, number, number in numbers("again")) for number in sorted(numbers("dem") & numbers("hybrid"))]
-    for end in (0.3, 0.57):
+    for packing in packings:
+        if packing.first is None:
+            print(f"{packing.number}: no grain has turned into a point")
+    packings = [packing for packing in packings if packing.first is not None]
+    for end in ENDS:
         here = [packing for packing in packings if packing.end > end - WINDOW]
         if here:
             print(f"To {100 * end:.0f} % of strain, {len(here)} packings")
@@ -45,8 +50,9 @@ class Packing:
         runs = json.load(open(path))["bands"]["runs"] if os.path.exists(path) else []
         bands = {run["run"].split()[0]: (run["height_m"], run["thickness_d50"]) for run in runs}
         self.bands = [bands.get(f"{kind}_{number}", (None, None)) for kind in ("hybrid", "dem")]
-        self.first_row = int(numpy.argmax(self.hybrid["points"] > 0))
-        self.first = self.hybrid["strain"][self.first_row]
+        have_points = numpy.flatnonzero(self.hybrid["points"] > 0)
+        self.first_row = int(have_points[0]) if len(have_points) else None
+        self.first = self.hybrid["strain"][self.first_row] if len(have_points) else None
 
     @property
     def end(self):
@@ -125,14 +131,18 @@ def held_to_grains_alone(packings, end):
         print(f"{packing.number}: {packing.bits()}, first points at {100 * packing.first:.2f} % of strain, {100 * equal:.0f} % of the span from 1 to 10 %, {grains[-1]:.0f} of {grains[0]:.0f} grains at the end: {told}{band(packing)}")
     for number, off in itself:
         print(f"{number} once more: {', '.join(f'{name} {value:+.2f} %' for name, value in zip(MEASURES, off))}")
+    told = []
     for column, name in enumerate(MEASURES):
         ours, null = [row[column] for row in hybrids], [row[column] for row in nulls]
         own = [off[column] for _, off in itself]
         of_itself = f"; single ones {rms(ours) / rms(own):.2f} times those of {len(own)} packings from themselves" if own and column in OF_ITSELF else ""
-        print(f"{name}: {interval(ours)} %, {numpy.abs(ours).mean():.2f} off in the mean of absolute values{of_itself}; other packings {numpy.mean(null):.2f}, worse by p {worse(null, ours):.4f}")
+        told.append(worse(null, ours))
+        print(f"{name}: {interval(ours)} %, {numpy.abs(ours).mean():.2f} off in the mean of absolute values{of_itself}; other packings {numpy.mean(null):.2f}, worse by p {told[-1]:.4f}")
     peaks(packings, end)
-    places(packings)
-    thicknesses(packings)
+    # Bands are those between the strains of `scree report`, which go to the end of the longest runs.
+    if end == ENDS[-1] and len(packings) > 1:
+        six = [told[0], told[1], told[2], told[4], places(packings), thicknesses(packings)]
+        print(f"other packings are farther off (p < 0.05) in {sum(p < 0.05 for p in six)} of 6")
 
 
 def band(packing):
@@ -145,34 +155,45 @@ def band(packing):
 
 def peaks(packings, end):
     ours, wanted = (numpy.array([peak(getattr(packing, kind), end) for packing in packings]).T for kind in ("hybrid", "alone"))
-    late = sum(packing.first < strain / 100 for packing, strain in zip(packings, ours[0]))
+    # Equal by construction where both moving averages end before the first points.
+    late = sum(packing.first < max(strains) / 100 + WINDOW / 2 for packing, strains in zip(packings, zip(ours[0], wanted[0])))
     for name, difference in (("strain at the peak", ours[0] - wanted[0]), ("peak over that of grains alone", 100 * (ours[1] / wanted[1] - 1))):
         p = stats.ttest_1samp(difference, 0).pvalue if difference.any() and len(packings) > 1 else float("nan")
         print(f"{name}: {interval(difference)} %, p {p:.2f}; {late} of {len(packings)} peaks after the first points, {int((difference == 0).sum())} the same")
 
 
+def instead(theirs):
+    """Of grains alone of each other packing in the place of the hybrid: the mean difference from each packing."""
+    apart = abs(theirs[:, None] - theirs[None, :])
+    return apart[~numpy.eye(len(theirs), dtype=bool)].reshape(len(theirs), -1).mean(axis=1)
+
+
+def both(packings, which):
+    """A figure of the bands, hybrid and grains alone, of packings that have it in both."""
+    found = [[band[which] for band in packing.bands] for packing in packings]
+    without = [packing.number for packing, pair in zip(packings, found) if None in pair]
+    if without:
+        print(f"no such band of {without}")
+    return numpy.array([pair for pair in found if None not in pair]).T
+
+
 def places(packings):
-    found = [(packing.bands[0][0], packing.bands[1][0]) for packing in packings if None not in (packing.bands[0][0], packing.bands[1][0])]
-    if len(found) < 2:
-        return
-    ours, theirs = numpy.array(found).T
+    ours, theirs = both(packings, 0)
     apart = abs(ours[:, None] - theirs[None, :])
     own = numpy.diag(apart)
-    exchanged = apart[~numpy.eye(len(found), dtype=bool)].reshape(len(found), -1)
+    null = instead(theirs)
     random = numpy.random.default_rng(1)
-    row = numpy.arange(len(found))
+    row = numpy.arange(len(ours))
     near = numpy.array([(apart[row, random.permutation(row)] <= CELL).sum() for _ in range(100_000)])
     p = (1 + (near >= (own <= CELL).sum()).sum()) / (1 + len(near))
-    print(f"place: {int((own <= CELL).sum())} of {len(found)} within {1e3 * CELL:g} mm, {near.mean():.1f} by exchange, p {p:.5f}; {1e3 * own.mean():.1f} mm apart, {1e3 * own.max():.1f} at most, {1e3 * exchanged.mean():.1f} from other packings, worse by p {worse(exchanged.mean(axis=1), own):.4f}")
+    print(f"place: {int((own <= CELL).sum())} of {len(ours)} within {1e3 * CELL:g} mm, {near.mean():.1f} by exchange, p {p:.5f}; {1e3 * own.mean():.1f} mm apart, {1e3 * own.max():.1f} at most, {1e3 * null.mean():.1f} with other packings in their place, worse by p {worse(null, own):.4f}")
+    return worse(null, own)
 
 
 def thicknesses(packings):
-    found = [(packing.bands[0][1], packing.bands[1][1]) for packing in packings if None not in (packing.bands[0][1], packing.bands[1][1])]
-    if len(found) < 2:
-        return
-    ours, theirs = numpy.array(found).T
+    ours, theirs = both(packings, 1)
     ratio = ours.var(ddof=1) / theirs.var(ddof=1)
-    below = stats.f.cdf(ratio, len(found) - 1, len(found) - 1)
-    apart = abs(ours[:, None] - theirs[None, :])
-    exchanged = apart[~numpy.eye(len(found), dtype=bool)].reshape(len(found), -1).mean(axis=1)
-    print(f"thickness: {interval(ours - theirs)} D50; over packings {ours.std(ddof=1):.1f} D50 for {theirs.std(ddof=1):.1f}, F test p {2 * min(below, 1 - below):.3f}; {abs(ours - theirs).mean():.1f} apart, {exchanged.mean():.1f} from other packings, worse by p {worse(exchanged, ours - theirs):.4f}")
+    below = stats.f.cdf(ratio, len(ours) - 1, len(ours) - 1)
+    null = instead(theirs)
+    print(f"thickness: {interval(ours - theirs)} D50; over packings {ours.std(ddof=1):.1f} D50 for {theirs.std(ddof=1):.1f}, F test p {2 * min(below, 1 - below):.3f}; {abs(ours - theirs).mean():.1f} apart, {null.mean():.1f} with other packings in their place, worse by p {worse(null, ours - theirs):.4f}")
+    return worse(null, ours - theirs)

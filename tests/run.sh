@@ -18,7 +18,8 @@ esac
 
 started=$SECONDS
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+pages=$(mktemp -d)
+trap 'rm -rf "$log" "$pages"' EXIT
 
 fail() {
     echo "FAILED: $1, after $((SECONDS - started)) s." >&2
@@ -76,7 +77,7 @@ elif ! "$book" --version >/dev/null 2>&1; then
     cargo install mdbook --version 0.4.52 --locked --no-default-features --root "$target/tools" || book=
 fi
 if [ -n "$book" ]; then
-    "$book" build docs --dest-dir "$(mktemp -d)/book" || fail "the handbook"
+    "$book" build docs --dest-dir "$pages/book" || fail "the handbook"
 else
     echo "skipped: there is no mdbook, and it could not be installed" >&2
 fi

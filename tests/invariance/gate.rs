@@ -12,6 +12,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use scree::job::Job;
+use scree::observe::fields::MEANINGS;
 use scree::run::start;
 use scree::store::checkpoint;
 use scree_io::column::{State, Table};
@@ -49,6 +50,9 @@ fn digests(out: &Path) -> [String; 3] {
         let file = out.join(name);
         let read = if file.is_file() { frames::read(&file).unwrap() } else { Vec::new() };
         for (number, frame) in read.into_iter().enumerate() {
+            let told = |name: &str| MEANINGS.iter().any(|meaning| meaning.field == name);
+            let untold = frame.fields.iter().chain(&frame.whole).find(|column| !told(&column.name));
+            assert!(untold.is_none(), "src/observe/fields.rs does not say what {} is", untold.unwrap().name);
             let rows = frame.rows();
             let whole = Table::new(&format!("{name} {number} whole"), 1).with_f64("time", 1, vec![frame.time]);
             drawn.push(

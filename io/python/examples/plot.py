@@ -5,7 +5,7 @@
     plot.py map OUT FIELD RUN...             grains, points or elements coloured by a field of the frames: a row for each run, a column for each of --times
     plot.py chains OUT RUN [POINT...]        contacts, as wide as the force they bear, over the grains: of the run, or of the RVEs of followed points
     plot.py paths OUT RUN POINT...           displacement of followed points over time, and their paths
-    plot.py profile OUT FIELD RUN...         mean of a field over the height, by volume
+    plot.py profile OUT FIELD RUN...         mean of a field over the height, by volume; of elements each counts as one
     plot.py mohr OUT RUN...                  Mohr's circles of biaxial tests of a cell at their largest q/p, and the line that touches them: friction angle and cohesion
 
 --times T1,T2   s; or 25%,100% of the run. The last frame by default.
@@ -15,6 +15,7 @@
 """
 
 import argparse
+import itertools
 from collections import defaultdict
 from collections.abc import Callable
 
@@ -23,6 +24,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import Collection, EllipseCollection, LineCollection, PolyCollection
 
@@ -32,17 +34,21 @@ import scree
 DERIVED: dict[str, Callable[[scree.Frame], np.ndarray]] = {
     "displacement": lambda frame: np.linalg.norm(frame["displacement"], axis=1),
     "velocity": lambda frame: np.linalg.norm(frame["velocity"], axis=1),
-    "porosity": lambda frame: frame["void_ratio"] / (1 + frame["void_ratio"]) if "void_ratio" in frame.fields else 1 - frame["fraction"],
+    "porosity": lambda frame: frame["void_ratio"] / (1 + frame["void_ratio"]) if "void_ratio" in frame.fields else np.where(frame["fraction"] > 0, 1 - frame["fraction"], np.nan),
     "shear_stress": lambda frame: frame["stress"][:, 2],
     "spin": lambda frame: np.linalg.norm(frame["spin"], axis=1),
 }
 
 
 def field(frame: scree.Frame, name: str) -> np.ndarray:
-    values = DERIVED[name](frame) if name in DERIVED else frame[name]
-    if values.ndim > 1:
-        raise SystemExit(f"{name} has {values.shape[1]} components; there is a number for each row of: {', '.join(sorted({*DERIVED, *(key for key, of in frame.fields.items() if of.ndim == 1)}))}")
-    return values
+    """A number for each row."""
+    single = sorted(key for key, column in frame.fields.items() if column.ndim == 1)
+    if name not in DERIVED and name not in single:
+        raise SystemExit(f"there is no field {name} of one number; there are {', '.join(single)}, and of {', '.join(sorted(DERIVED))} what the frame has the fields for")
+    try:
+        return DERIVED[name](frame) if name in DERIVED else frame[name]
+    except KeyError as missing:
+        raise SystemExit(f"{name} is reckoned from {missing}, which these frames lack") from None
 
 
 def frames_of(run: scree.Run) -> scree.Frames:
@@ -62,14 +68,17 @@ def material(frame: scree.Frame) -> scree.Frame:
 
 
 def growth(run: scree.Run, frame: scree.Frame, name: str, since: str | None) -> tuple[scree.Frame, np.ndarray]:
-    """Rows that are there at both times, and the field, less what it was."""
+    """Rows that are there at both times, and the field less what it was; of velocities and displacements the difference of their magnitudes."""
     frame = material(frame)
     if since is None:
         return frame, field(frame, name)
     before = material(moments(run, since)[0])
-    places = {(kind, id): row for row, (kind, id) in enumerate(zip(before.fields.get("kind", np.zeros(len(before))), before["id"]))}
-    found = np.array([places.get(key, -1) for key in zip(frame.fields.get("kind", np.zeros(len(frame))), frame["id"])])
+    keys = lambda frame: zip(frame.fields.get("kind", np.zeros(len(frame))), frame["id"])
+    rows = {key: row for row, key in enumerate(keys(before))}
+    found = np.array([rows.get(key, -1) for key in keys(frame)], dtype=int)
     frame, found = frame.where(found >= 0), found[found >= 0]
+    if not len(frame):
+        raise SystemExit(f"{run.folder}: no grain, point or element is there at {before.time:.4g} s and later")
     return frame, field(frame, name) - field(before, name)[found]
 
 
@@ -91,8 +100,15 @@ def shapes(axes: Axes, frame: scree.Frame, values: np.ndarray | None, **style) -
 
 def smoothed(run: scree.Run, formulas: tuple[str, str], rows: int) -> list[np.ndarray]:
     """Formulas of the columns, as moving averages over so many rows."""
-    values = [run.series.eval(formula) + np.zeros(len(run.series)) for formula in formulas]
-    return [of.rolling(rows, center=True).mean().dropna().to_numpy() for of in values]
+    table = pd.DataFrame({name: run.series.eval(formula) + np.zeros(len(run.series)) for name, formula in zip("xy", formulas)})
+    table = table.replace([np.inf, -np.inf], np.nan).rolling(rows, center=True).mean().dropna()
+    return [table[name].to_numpy() for name in "xy"]
+
+
+def labelled(formula: str, run: scree.Run) -> str:
+    """A column with its unit, another formula as it is."""
+    column = formula.removeprefix("0-")
+    return f"{formula} ({scree.unit_of(column)})" if column in run.series and scree.unit_of(column) not in (None, "1") else formula
 
 
 def curves(options: argparse.Namespace) -> plt.Figure:
@@ -103,7 +119,7 @@ def curves(options: argparse.Namespace) -> plt.Figure:
         groups[group].append(scree.Run(run if equals else group))
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
     formulas = [formula.strip() for formula in several.split(";")]
-    for style, y in zip(("-", "--", ":", "-."), formulas):
+    for style, y in zip(itertools.cycle(("-", "--", ":", "-.")), formulas):
         for number, (group, runs) in enumerate(groups.items()):
             drawn = [smoothed(run, (x, y), options.smooth) for run in runs]
             label, colour = (f"{group}, {y}" if len(formulas) > 1 else group), f"C{number}"
@@ -114,9 +130,9 @@ def curves(options: argparse.Namespace) -> plt.Figure:
                 axes.plot(*curve, style, color=colour, linewidth=0.6, alpha=0.5)
             at = np.linspace(max(curve[0].min() for curve in drawn), min(curve[0].max() for curve in drawn), 200)
             axes.plot(at, scree.mean_curve(drawn, at)["mean"], style, color=colour, linewidth=2, label=f"{label} (mean of {len(runs)})")
-    unit = {formula: f"{formula} ({scree.unit_of(formula)})" if scree.unit_of(formula) else formula for formula in (x, several)}
-    labels = options.labels.split(",") if options.labels else [unit[x], unit[several]]
-    axes.set(xlabel=labels[0], ylabel=labels[1])
+    first = next(iter(groups.values()))[0]
+    left, _, right = (options.labels or "").partition(",")
+    axes.set(xlabel=left or labelled(x, first), ylabel=right or labelled(several, first))
     axes.legend(frameon=False)
     return figure
 
@@ -133,7 +149,7 @@ def map_of(options: argparse.Namespace) -> plt.Figure:
             drawn = shapes(place, frame, of, cmap="viridis", clim=(least, most))
             place.set_title(f"{run.folder.name}, {frame.time:.4g} s", fontsize=9)
     unit = frames_of(rows[0][0][0]).units.get(name, "")
-    figure.colorbar(drawn, ax=axes, shrink=0.7, label=f"{name} ({unit})" if unit else name)
+    figure.colorbar(drawn, ax=axes, shrink=0.7, label=f"{name} ({unit})" if unit not in ("", "1") else name)
     return figure
 
 
@@ -159,6 +175,8 @@ def paths(options: argparse.Namespace) -> plt.Figure:
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
     for number, point in enumerate(points):
         axes = [axis for axis in "xyz" if f"{point}_displacement_{axis}" in series]
+        if not axes:
+            raise SystemExit(f"{folder} follows no point {point}")
         for axis, style in zip(axes, ("-", "--", ":")):
             left.plot(series["time"], series[f"{point}_displacement_{axis}"], style, color=f"C{number}", label=f"{point}, {axis}")
         right.plot(*(series[f"{point}_displacement_{axis}"] for axis in axes[:2]), color=f"C{number}", label=point)
@@ -185,7 +203,7 @@ def profile(options: argparse.Namespace) -> plt.Figure:
             there = np.bincount(inside, minlength=len(edges) - 1) > 0
             axes.plot(mean[there], (0.5 * (edges[1:] + edges[:-1]))[there], label=f"{run.folder.name}, {frame.time:.4g} s")
     unit = frames_of(run).units.get(name, "")
-    axes.set(xlabel=f"{name} ({unit})" if unit else name, ylabel="height (m)")
+    axes.set(xlabel=f"{name} ({unit})" if unit not in ("", "1") else name, ylabel="height (m)")
     axes.legend(frameon=False, fontsize=8)
     return figure
 
@@ -206,7 +224,7 @@ def mohr(options: argparse.Namespace) -> plt.Figure:
     for run in map(scree.Run, options.arguments):
         principal = np.linalg.eigvalsh(np.stack([[-run.series["stress_xx"], -run.series["stress_xy"]], [-run.series["stress_xy"], -run.series["stress_yy"]]]).T)
         ratio = (principal[:, 1] - principal[:, 0]) / principal.sum(axis=1)
-        circles.append(principal[ratio[1:].argmax() + 1, ::-1])
+        circles.append(principal[np.nanargmax(ratio[1:]) + 1, ::-1])
     circles = np.array(circles)
     angle, cohesion = envelope(circles)
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")

@@ -133,12 +133,12 @@ class Frames(Sequence):
     @property
     def units(self) -> dict[str, str]:
         """Units of their fields, "1" of pure numbers; empty of files by a version before 0.2."""
-        return self._parts[0].units
+        return self._parts[-1].units
 
     @property
     def meanings(self) -> dict[str, str]:
         """What their fields are, in words."""
-        return self._parts[0].meanings
+        return self._parts[-1].meanings
 
     @property
     def provenance(self) -> dict[str, str]:

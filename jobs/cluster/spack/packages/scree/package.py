@@ -3,6 +3,8 @@
 #     spack repo add jobs/cluster/spack
 #     spack dev-build --source-path . scree@develop            # with the cluster's MPI: scree@develop ^openmpi, ^mpich, ^intel-oneapi-mpi
 #     spack load scree
+#
+# Where Spack has no Rust so new: `spack external find rust`, after rustup has installed it.
 
 from spack.package import *
 
