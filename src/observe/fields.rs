@@ -8,7 +8,11 @@ pub const MEANINGS: &[Meaning] = &[
     of("Values", "s", "time"),
     of("kind", "1", "0 of a point, 1 of a grain, 2 of a grain glued to a plate or body, 3 of a vertex of a membrane"),
     of("id", "1", "number of the grain, point, element or vertex, for good"),
-    of("radius", "m", "radius of a grain; of a point that of a disc or sphere of its volume; of a vertex a quarter of a segment"),
+    of(
+        "radius",
+        "m",
+        "radius of a grain or of a disc or sphere of the volume of a point; a quarter of a membrane segment",
+    ),
     of("weight", "1", "share of the material of its place, or of a contact; below 1 where grains and points overlap"),
     of("mass", "kg", "mass; 0 of vertices"),
     of("displacement", "m", "displacement since the start, across periods"),
