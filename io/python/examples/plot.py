@@ -91,8 +91,9 @@ def shapes(axes: Axes, frame: scree.Frame, values: np.ndarray | None, **style) -
         offsets = frame.positions[:, :2]
         drawn = EllipseCollection(diameters, diameters, np.zeros(len(frame)), units="xy", offsets=offsets, offset_transform=axes.transData, array=values, **style)
     axes.add_collection(drawn)
-    corners = frame.places[:, :, :2].reshape(-1, 2)
-    axes.update_datalim([corners.min(axis=0), corners.max(axis=0)])
+    corners = frame.places[:, :, :2]
+    reach = frame["radius"][:, None, None] if "radius" in frame.fields else 0.0
+    axes.update_datalim([(corners - reach).min(axis=(0, 1)), (corners + reach).max(axis=(0, 1))])
     axes.set_aspect("equal")
     axes.autoscale_view()
     return drawn
@@ -116,7 +117,8 @@ def curves(options: argparse.Namespace) -> plt.Figure:
     groups = defaultdict(list)
     for name in named:
         group, equals, run = name.partition("=")
-        groups[group].append(scree.Run(run if equals else group))
+        run = scree.Run(run if equals else name)
+        groups[group if equals else run.folder.name].append(run)
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
     formulas = [formula.strip() for formula in several.split(";")]
     for style, y in zip(itertools.cycle(("-", "--", ":", "-.")), formulas):
