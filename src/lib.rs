@@ -18,6 +18,8 @@
 //! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and
 //! its *rim* the reconciliation zone where both live.
 
+#![deny(missing_docs)]
+
 pub mod adapt;
 pub mod analysis;
 pub mod base;

@@ -10,18 +10,26 @@ use crate::error::Error;
 /// Equality is that of the numbers: a NaN differs from itself, and -0.0 equals 0.0. Compare digests to compare bits.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
+    /// Floating point numbers of 64 bits: quantities.
     F64(Vec<f64>),
+    /// Whole numbers of 64 bits with a sign.
     I64(Vec<i64>),
+    /// Whole numbers of 64 bits from 0 on: counts, ids.
     U64(Vec<u64>),
+    /// Bytes: codes, flags.
     U8(Vec<u8>),
 }
 
 /// The type of a column's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
+    /// Of [`Values::F64`], 8 bytes each; "f64" in messages.
     F64,
+    /// Of [`Values::I64`], 8 bytes each; "i64" in messages.
     I64,
+    /// Of [`Values::U64`], 8 bytes each; "u64" in messages.
     U64,
+    /// Of [`Values::U8`], 1 byte each; "u8" in messages.
     U8,
 }
 
@@ -66,16 +74,20 @@ impl Values {
 /// A named column of `rows * width` values; row `i` is `values[i * width..(i + 1) * width]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
+    /// Once in a table: of 1 to 255 bytes, neither "." nor "..", without a slash or NUL.
     pub name: String,
     /// Values per row, at least 1.
     pub width: usize,
+    /// `rows * width` of the table's rows, row after row.
     pub values: Values,
 }
 
 /// Columns of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
+    /// Once in a state, under the same rule as a column's.
     pub name: String,
+    /// Of every column alike.
     pub rows: usize,
     /// In the order in which they were added; the order is part of the digest.
     pub columns: Vec<Column>,

@@ -36,7 +36,9 @@ pub const PART_BYTES: u64 = 512 << 20;
 /// What there is to be seen at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
+    /// s.
     pub time: f64,
+    /// The same in all frames of a file.
     pub drawn: Drawn,
     /// In space; a plane's third coordinate is 0. One per point, of every line where it begins and where it ends, and of quadrilaterals four.
     pub positions: Vec<[f64; 3]>,
@@ -53,6 +55,7 @@ pub struct Meaning {
     pub field: &'static str,
     /// "1" of a pure number.
     pub unit: &'static str,
+    /// In words: its `long_name`.
     pub what: &'static str,
 }
 
@@ -64,7 +67,9 @@ fn meaning_of(meanings: &'static [Meaning], field: &str) -> Option<&'static Mean
 /// What the rows of a frame are drawn as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drawn {
+    /// One position each.
     Points,
+    /// Of two ends each, one after the other.
     Lines,
     /// Of four corners each, one after the other around it.
     Quadrilaterals,

@@ -26,6 +26,7 @@ pub struct Mesh {
     pub vertices: Vec<[f64; 3]>,
     /// In the order of the file.
     pub cells: Vec<Cell>,
+    /// Those that the file lists, in its order.
     pub sides: Vec<Side>,
     /// Names of the physical groups of cells and of sides; one without a name is called by its number.
     pub groups: Vec<String>,
@@ -36,6 +37,7 @@ pub struct Mesh {
 pub struct Cell {
     /// The number that the file calls it by.
     pub number: u64,
+    /// Places in [`Mesh::vertices`]; the last four of a quadrilateral are 0.
     pub corners: [u32; 8],
     /// A bit for each group.
     pub groups: u32,
@@ -44,8 +46,11 @@ pub struct Cell {
 /// A side by its vertices; a line has two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Side {
+    /// The number that the file calls it by.
     pub number: u64,
+    /// Places in [`Mesh::vertices`]; the last two of a line are 0.
     pub corners: [u32; 4],
+    /// A bit for each group, by its place in [`Mesh::groups`].
     pub groups: u32,
 }
 

@@ -11,6 +11,8 @@
 //! Everything here is written by one process; gathering is the caller's task. The HDF5 library must be 1.10.7 or newer
 //! (1.12.0 excepted): older ones cannot switch file locks off, and many cluster file systems have none.
 
+#![deny(missing_docs)]
+
 pub mod column;
 pub mod digest;
 pub mod error;

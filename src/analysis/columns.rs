@@ -6,19 +6,26 @@ use crate::base::math;
 /// A column of a series, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {
+    /// As the header of the series has it; of what was derived, as [`with_derived`] calls it.
     pub name: String,
+    /// Row by row; not a number where a row ends before it.
     pub values: Vec<f64>,
 }
 
 /// What a number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
+    /// Shown in per cent.
     Strain,
     /// Tension is positive in the columns that have two axes, and compression where one is shown.
     Stress,
+    /// N.
     Force,
+    /// J.
     Energy,
+    /// A displacement, m.
     Length,
+    /// Shown as it is: without a unit, or in one that is not known here.
     Number,
 }
 
@@ -39,7 +46,9 @@ impl Quantity {
 /// What a column says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
+    /// For axes and legends, without a unit.
     pub words: String,
+    /// Tells the unit that it is shown in.
     pub quantity: Quantity,
     /// -1 of what is shown with its sign turned.
     pub sign: f64,

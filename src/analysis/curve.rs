@@ -5,6 +5,7 @@ use serde::Serialize;
 /// Rows in a moving average (the window of Chen et al. 2021, figures 12 and 23), and rows that two curves must share to be compared.
 pub const WINDOW: usize = 8;
 
+/// Not a number of no values.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -81,6 +82,7 @@ pub fn windows(times: &[&[f64]]) -> (f64, Vec<usize>) {
 /// Moving average of a stress against strain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Averaged {
+    /// Row by row; rising where values between rows are asked for.
     pub strain: Vec<f64>,
     /// Pa.
     pub stress: Vec<f64>,
@@ -99,6 +101,7 @@ impl Averaged {
         linear(&self.strain, &self.stress, strain)
     }
 
+    /// Of the last row; zero where there is none.
     pub fn strain_end(&self) -> f64 {
         self.strain.last().copied().unwrap_or(0.0)
     }
@@ -107,12 +110,16 @@ impl Averaged {
 /// Mean, least and most of several curves, at the strains of the first as far as all of them reach.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Spread {
+    /// At the strains of the first curve, as far as all reach; it has no cut.
     pub mean: Averaged,
+    /// Pa, row by row of the mean.
     pub least: Vec<f64>,
+    /// Pa, row by row of the mean.
     pub most: Vec<f64>,
 }
 
 impl Spread {
+    /// Panics where there are no curves.
     pub fn of(curves: &[&Averaged]) -> Self {
         let mut spread = Self::default();
         for &strain in &curves[0].strain {
@@ -133,10 +140,15 @@ impl Spread {
 /// the root-mean-square difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Difference {
+    /// Of the first row compared.
     pub from_strain: f64,
+    /// Of the last row compared.
     pub to_strain: f64,
+    /// Pa, over the rows compared.
     pub mean_reference_pa: f64,
+    /// Curve less reference, over `mean_reference_pa`.
     pub mean_difference: f64,
+    /// The same in the root mean square, over its magnitude.
     pub rms_difference: f64,
 }
 

@@ -17,8 +17,11 @@ const SHEAR_END: f64 = 0.57;
 /// What the numbers of a drive are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Measure {
+    /// Of planar shear, of a cell, or of a body whose way is over a length that is known.
     Strain,
+    /// Way of a body, m, where no such length is known.
     Length,
+    /// s, where none of these drives the run.
     #[default]
     Time,
 }
@@ -26,17 +29,22 @@ pub enum Measure {
 /// What resists a drive, by words and row by row, Pa.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resistance {
+    /// For axes and captions.
     pub words: String,
+    /// Positive where it acts against the drive.
     pub values: Vec<f64>,
 }
 
 /// A drive with its values row by row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drive {
+    /// What kind of number the values are.
     pub measure: Measure,
     /// What the values are.
     pub words: String,
+    /// Row by row of the series; in m of a length, in s of time.
     pub values: Vec<f64>,
+    /// None of a length and of time.
     pub stress: Option<Resistance>,
     /// Whether each value of it is that of one instant, and not the mean since the row before.
     pub is_of_instants: bool,
@@ -46,6 +54,7 @@ pub struct Drive {
     pub turns_back: bool,
     /// The body that moves; and how, for a caption.
     pub body: Option<String>,
+    /// How strain and stress are measured, a caption; empty where there is no stress.
     pub how: String,
     /// Length that is a strain of one, m.
     pub metres: Option<f64>,
@@ -53,10 +62,12 @@ pub struct Drive {
     pub shear: Option<[usize; 2]>,
     /// Where bands are looked for, as shares of the strain that runs have in common or of the most that counts.
     pub interval: [f64; 2],
+    /// The most strain that the shares are taken of; infinite of a body that presses and of a cell.
     pub interval_of_most: f64,
 }
 
 impl Drive {
+    /// Refuses a series that lacks a column that the job's drive needs, or a number in it.
     pub fn of(run: &Run) -> Result<Self, Error> {
         run.whole("time")?;
         let drive = if run.scenario.contains_key("specimen") {
@@ -71,6 +82,7 @@ impl Drive {
         Ok(Self { turns_back: drive.values.windows(2).any(|pair| pair[1] < pair[0]), ..drive })
     }
 
+    /// Whether it is the plate of planar shear; other shears do not count.
     pub fn is_shear(&self) -> bool {
         self.key == "shear_stress"
     }

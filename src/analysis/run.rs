@@ -24,16 +24,21 @@ const RESUME: &str = "Resume the run; it takes the file up where the checkpoint 
 /// A run, whether it has ended or not.
 #[derive(Clone, Debug)]
 pub struct Run {
+    /// Its folder.
     pub directory: PathBuf,
+    /// The job's, or else that of the folder.
     pub name: String,
     /// Nothing where the job has no choice.
     pub method: String,
+    /// `scenario.toml`, under the keys of today where it is a whole job.
     pub scenario: Table,
     /// `scenario.toml` as it stands.
     pub scenario_text: String,
+    /// `summary.json`, and what the log tells beyond it.
     pub summary: Map<String, Value>,
     /// Of the series, and what follows from them.
     pub columns: Vec<Column>,
+    /// What its curves stand against.
     pub drive: Drive,
     /// Times of the frames, s.
     pub frame_times: Vec<f64>,
@@ -46,6 +51,7 @@ pub struct Run {
 }
 
 impl Run {
+    /// Of its folder; refuses one that lacks a file, rows of the series or frames, and says what to do.
     pub fn read(directory: &Path) -> Result<Self, Error> {
         if !directory.is_dir() {
             return Err(Error::User(format!(
@@ -165,10 +171,12 @@ impl Run {
         self.column(name).last().copied()
     }
 
+    /// Whether it is of this method, as a job calls it.
     pub fn is(&self, method: &str) -> bool {
         self.method == method
     }
 
+    /// Whether the series counts grains.
     pub fn has_grains(&self) -> bool {
         !self.column("grains").is_empty()
     }
@@ -231,6 +239,7 @@ impl Run {
         self.is("hybrid").then(|| self.number("enrichment.training").unwrap_or(1.0))
     }
 
+    /// Of the packing; none where the job has none.
     pub fn seed(&self) -> Option<i64> {
         self.scenario.get("seed").and_then(toml::Value::as_integer)
     }
@@ -311,6 +320,7 @@ impl Run {
         (0..times.len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0)
     }
 
+    /// Reads that frame; refuses one that cannot be read or drawn.
     pub fn snapshot(&self, frame: usize) -> Result<Snapshot, Error> {
         Snapshot::read(&self.directory.join("frames.vtkhdf"), frame, (self.dimension(), self.up()), self.period())
     }
@@ -412,6 +422,7 @@ pub fn lookup<'a>(table: &'a Table, path: &str) -> Option<&'a toml::Value> {
     }
 }
 
+/// None of what is neither a float nor an integer.
 pub fn as_number(value: &toml::Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
@@ -437,6 +448,7 @@ pub fn unreadable(error: scree_io::Error) -> Error {
     Error::User(error.to_string())
 }
 
+/// For a file of frames that can be read but not drawn; `what` tells why.
 pub fn torn_frames(path: &Path, what: &str) -> Error {
     broken(
         path,
@@ -445,6 +457,7 @@ pub fn torn_frames(path: &Path, what: &str) -> Error {
     )
 }
 
+/// For a file that is not as it should be: `what` follows its name, `remedy` is a sentence without its full stop.
 pub fn broken(path: &Path, what: &str, remedy: &str) -> Error {
     Error::User(format!("{} {what}. {remedy}.", path.display()))
 }

@@ -12,8 +12,10 @@ use crate::base::math;
 /// What a row of a frame is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
+    /// A material point, or the point of an element.
     #[default]
     Point,
+    /// A grain that is free.
     Grain,
     /// A grain glued to a plate.
     Glued,
@@ -29,7 +31,9 @@ impl Kind {
 /// A point or a grain at the time of a frame. In space it is seen along y: places are x and z.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Body {
+    /// What it is.
     pub kind: Kind,
+    /// Unique among points, or among grains.
     pub id: i64,
     /// m; x in [0, period) where there is one.
     pub position: [f64; 2],
@@ -50,9 +54,11 @@ pub struct Body {
     /// Plastic and deviatoric strain since it began, as the frame has them; zero where it has none, or where a grain has lost its
     /// neighbours.
     pub plastic: f64,
+    /// Deviatoric strain since it began; zero where the frame has none, or where a grain has lost its neighbours.
     pub deviatoric: f64,
     /// Rotation of F = R U, rad, and void ratio of the RVE; zero where the frame has none.
     pub rotation: f64,
+    /// Of its RVE; zero where the frame has none.
     pub void_ratio: f64,
 }
 
@@ -93,7 +99,9 @@ impl Body {
 pub struct Snapshot {
     /// s.
     pub time: f64,
+    /// Ascending by [`Body::key`].
     pub bodies: Vec<Body>,
+    /// m, as they are seen.
     pub vertices: Vec<[f64; 2]>,
     /// Lower corner of the cell, m; none where the frame has none.
     pub corner: Option<[f64; 2]>,

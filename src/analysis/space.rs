@@ -13,6 +13,7 @@ pub struct Spaces<'s> {
 }
 
 impl<'s> Spaces<'s> {
+    /// Grains have their shares of a triangulation, of edges up to [`EDGE_MAX_DIAMETERS`], points the disc of their size.
     pub fn of(snapshot: &'s Snapshot, span: &Span) -> Self {
         let bodies = &snapshot.bodies;
         let mut areas: Vec<f64> = bodies.iter().map(|body| PI * body.radius * body.radius).collect();

@@ -35,6 +35,7 @@ pub struct Span {
 }
 
 impl Span {
+    /// From 0 on along x; `width` is the period, m, `diameter` that of a grain, m.
     pub fn around_the_period(width: f64, diameter: f64) -> Self {
         Self { left: 0.0, width, is_periodic: true, diameter }
     }
@@ -63,7 +64,9 @@ impl Span {
 /// A body with a number: its strain |e_d|, or what else colours it; not a number where nothing is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Valued {
+    /// As it is in the frame.
     pub body: Body,
+    /// In SI units.
     pub value: f64,
 }
 

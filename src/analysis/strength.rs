@@ -15,9 +15,11 @@ use crate::job::Job;
 
 /// Packings, with the job's seed and those after it, and grains of each.
 pub const PACKINGS: u64 = 8;
+/// Grains of each packing.
 pub const GRAINS: u64 = 400;
 /// Shear strains that strength is a mean between, and at which stiffness is told.
 pub const STRENGTH: [f64; 2] = [0.02, 0.05];
+/// Shear strain at which stiffness is told.
 pub const STIFFNESS: f64 = 1e-3;
 
 /// Kinetic over elastic energy of the packings at rest, at most: they are not looked at below [`STIFFNESS`].
@@ -52,9 +54,11 @@ fn in_plateau(strain: f64) -> bool {
 /// A continuum beside its grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrengthComparison {
+    /// The law, on the path of the tests.
     pub continuum: Sheared,
     /// Mean of the packings, and the standard error of that mean.
     pub grains: Sheared,
+    /// Standard error of the mean of the packings.
     pub error: Sheared,
 }
 

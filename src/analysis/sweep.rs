@@ -27,14 +27,18 @@ const STANDING: [&str; 2] = ["state", "cause"];
 pub enum State {
     /// Not begun.
     Waiting,
+    /// "running": a process writes it, of this sweep or of another one.
     Running,
     /// With a checkpoint to go on from.
     Stopped,
+    /// "done": it came to its end.
     Done,
+    /// "failed": it ended with an error, or was refused.
     Failed,
 }
 
 impl State {
+    /// As the table has it.
     pub fn word(self) -> &'static str {
         match self {
             Self::Waiting => "waiting",
@@ -53,6 +57,7 @@ pub struct Line {
     pub run: String,
     /// Of the keys that vary, as they were typed.
     pub values: Vec<String>,
+    /// As it was last known.
     pub state: State,
     /// Why it failed, or why it has no figures.
     pub cause: String,

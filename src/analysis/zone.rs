@@ -40,6 +40,7 @@ impl Zone {
         [self.origins[0][1], self.origins[self.origins.len() - 1][1]]
     }
 
+    /// Whether it began in the zone: within three quarters of a mean diameter of where one of its grains did.
     pub fn holds(&self, body: &Body) -> bool {
         self.is_near(body.origin(), REACH * self.diameter)
     }

@@ -15,6 +15,7 @@ pub enum Error {
 }
 
 impl Error {
+    /// 2 to 4, as told at the variants.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::User(_) => 2,

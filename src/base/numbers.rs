@@ -23,6 +23,7 @@ pub unsafe trait Numbers: Copy {
         unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), Self::WIDTH) }
     }
 
+    /// The same, to be changed.
     #[inline(always)]
     #[allow(unsafe_code, reason = "what the trait demands")]
     fn numbers_mut(&mut self) -> &mut [f64] {
@@ -85,6 +86,7 @@ pub const NUMBERS_MAX: usize = 64;
 pub struct Lanes<P>(pub [P; NUMBERS_MAX]);
 
 impl<P: Pack> Lanes<P> {
+    /// Zero in every number of all eight.
     #[inline(always)]
     pub fn zero() -> Self {
         Self([P::splat(0.0); NUMBERS_MAX])
@@ -141,6 +143,7 @@ impl<P: Pack> Lanes<P> {
         words
     }
 
+    /// Puts a vector or tensor where [`Lanes::words`] takes it from.
     #[inline(always)]
     pub fn set_words<V: Words<P>>(&mut self, first: usize, words: &V) {
         for word in 0..V::COUNT {

@@ -42,9 +42,11 @@ impl<A: Dealt, B: Dealt, C: Dealt> Dealt for (A, B, C) {
 
 /// What some blocks that follow on one another hold.
 pub struct Held<R, T> {
+    /// One block's after another's, or none at all.
     pub rows: R,
     /// As many for every block.
     pub tiles: T,
+    /// Entries of `tiles` for each block.
     pub tile_len: usize,
 }
 

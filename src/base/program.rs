@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use jiff::Timestamp;
 use scree_io::schema::SCHEMA_VERSION;
 
+/// Of the package, as Cargo.toml has it: `0.2.0`.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// The commit it was built from; `+changes` where the source differed from it, `unknown` without a repository.
 pub const COMMIT: &str = env!("SCREE_COMMIT");

@@ -6,9 +6,13 @@ use scree_partition::parcel::{ParcelError, Reader, Writer};
 
 /// Sees the fields of a record one by one and may change them.
 pub trait Visitor {
+    /// A field of as many numbers as there are `values`.
     fn f64s(&mut self, name: &'static str, values: &mut [f64]);
+    /// A field of one whole number from 0 on.
     fn u64(&mut self, name: &'static str, value: &mut u64);
+    /// A field of one whole number with a sign.
     fn i64(&mut self, name: &'static str, value: &mut i64);
+    /// A field of one byte: a code, a flag.
     fn u8(&mut self, name: &'static str, value: &mut u8);
     /// What tables of former programs lack: of those it stays as it is.
     fn later_f64s(&mut self, name: &'static str, values: &mut [f64]) {
@@ -18,6 +22,7 @@ pub trait Visitor {
 
 /// A row of named fields. The same fields in the same order for every row of a kind.
 pub trait Record {
+    /// Every field once, in the order of the columns.
     fn visit(&mut self, visitor: &mut dyn Visitor);
 }
 
@@ -43,7 +48,9 @@ impl Visitor for ToParcel<'_> {
 
 /// Reads records from a parcel; the first failure is kept.
 pub struct FromParcel<'a, 'b> {
+    /// Stands at the first field of the next record.
     pub reader: &'a mut Reader<'b>,
+    /// None while all could be read; what could not is 0.
     pub failure: Option<ParcelError>,
 }
 
@@ -235,9 +242,11 @@ pub fn from_table<R: Record + Clone>(table: &Table, blank: &R) -> Result<Vec<R>,
 
 /// A kind of row that can be put into a parcel whole.
 pub trait Cargo: Record + Clone {
+    /// What a row of a parcel is read into.
     fn blank() -> Self;
     /// Fields beside those of the record.
     fn pack_rest(&mut self, _: &mut Writer) {}
+    /// Reads what `pack_rest` wrote, in its order; the error is that of a parcel which has less.
     fn unpack_rest(&mut self, _: &mut Reader) -> Result<(), ParcelError> {
         Ok(())
     }

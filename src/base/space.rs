@@ -32,6 +32,7 @@ pub trait Linear:
 {
     /// Number of components; [`Index`] runs over them (tensors column by column).
     const COMPONENTS: usize;
+    /// Every component 0.
     fn zero() -> Self;
     /// The components as numbers, to be stored and sent.
     fn as_mut_slice(&mut self) -> &mut [f64];
@@ -45,10 +46,12 @@ pub trait Linear:
         sum
     }
 
+    /// Root of the sum of squares: of tensors that of Frobenius.
     fn norm(&self) -> f64 {
         self.dot(self).sqrt()
     }
 
+    /// Whether no component is infinite or NaN.
     fn is_finite(&self) -> bool {
         (0..Self::COMPONENTS).all(|component| self[component].is_finite())
     }
@@ -81,14 +84,19 @@ pub trait Lanewise<R: Real>:
         }
         sum
     }
+    /// Root of the sum of squares; of a single component its absolute value, the same to the bit.
     fn norm(&self) -> R;
 }
 
 /// Numbers that can be told off one by one: memories of contacts, vectors.
 pub trait Words<R: Real>: Copy + Debug + Send + Sync + 'static {
+    /// Words of one value, lanes not counted.
     const COUNT: usize;
+    /// Every word 0.
     fn zero() -> Self;
+    /// `index` below [`Words::COUNT`]; of general tensors column by column.
     fn word(&self, index: usize) -> R;
+    /// Changes the word that [`Words::word`] gives at that `index`.
     fn set_word(&mut self, index: usize, value: R);
 
     /// The first of `words`.
@@ -218,10 +226,13 @@ impl<R: Real, const N: usize> Lanewise<R> for Components<R, N> {
 
 /// A space of two or three dimensions.
 pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'static {
+    /// 2 or 3.
     const DIMENSION: usize;
     /// As it is written in a job.
     const NAME: &'static str;
+    /// Components along x, y and, in space, z.
     type Vector: Linear + Numbers;
+    /// Square, column by column.
     type Tensor: Linear + Numbers + Mul<Self::Tensor, Output = Self::Tensor> + Mul<Self::Vector, Output = Self::Vector>;
     /// A symmetric tensor: stress, strain.
     type Symmetric: Symmetric<Tensor = Self::Tensor> + Numbers + PartialEq + Default;
@@ -234,16 +245,23 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
 
     /// The same in lanes.
     type VectorOf<R: Real>: Lanewise<R>;
+    /// One component in the plane, about the axis out of it; three in space.
     type SpinOf<R: Real>: Lanewise<R>;
+    /// Column by column.
     type TensorOf<R: Real>: Words<R>;
+    /// The diagonal, then xy, xz, yz.
     type SymmetricOf<R: Real>: Symmetric<R, Tensor = Self::TensorOf<R>>;
     /// A vector in the tangent plane of a contact. In the plane it is one number along t = (-n_y, n_x) and turns with the
     /// contact by itself; in space it is a vector of space that [`Space::carry`] turns.
     type TangentOf<R: Real>: Lanewise<R>;
 
+    /// Ones on the diagonal.
     fn identity() -> Self::Tensor;
+    /// Rows for columns.
     fn transpose(tensor: &Self::Tensor) -> Self::Tensor;
+    /// Sum of the diagonal; in the plane without what is out of it.
     fn trace(tensor: &Self::Tensor) -> f64;
+    /// Of a deformation gradient the ratio of volumes, in the plane of areas.
     fn determinant(tensor: &Self::Tensor) -> f64;
     /// None where the determinant is zero.
     fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor>;

@@ -51,6 +51,7 @@ impl<R: Real> Reduced<R> {
 
 /// A symmetric tensor, or several in step.
 pub trait Symmetric<R: Real = f64>: Words<R> + Add<Output = Self> + Sub<Output = Self> + Mul<R, Output = Self> {
+    /// The same with both halves, column by column.
     type Tensor;
     /// One of the tensors in step.
     type Single: Symmetric<f64>;
@@ -61,9 +62,11 @@ pub trait Symmetric<R: Real = f64>: Words<R> + Add<Output = Self> + Sub<Output =
     fn isotropic(value: R) -> Self;
     /// The symmetric part.
     fn of(tensor: &Self::Tensor) -> Self;
+    /// With both halves.
     fn tensor(&self) -> Self::Tensor;
     /// The components as numbers, to be stored and sent: the diagonal, then xy, xz, yz.
     fn as_mut_slice(&mut self) -> &mut [R];
+    /// Sum of the diagonal; in the plane without what is out of it.
     fn trace(&self) -> R;
     /// `a:b`.
     fn contract(&self, other: &Self) -> R;

@@ -12,21 +12,37 @@ pub struct Dimension {
 }
 
 impl Dimension {
+    /// A pure number.
     pub const RATIO: Self = Self::new(0, 0, 0, 0);
+    /// rad.
     pub const ANGLE: Self = Self::new(0, 0, 0, 1);
+    /// m.
     pub const LENGTH: Self = Self::new(1, 0, 0, 0);
+    /// s.
     pub const TIME: Self = Self::new(0, 0, 1, 0);
+    /// kg.
     pub const MASS: Self = Self::new(0, 1, 0, 0);
+    /// m/s.
     pub const SPEED: Self = Self::new(1, 0, -1, 0);
+    /// Pa.
     pub const STRESS: Self = Self::new(-1, 1, -2, 0);
+    /// kg/m3.
     pub const DENSITY: Self = Self::new(-3, 1, 0, 0);
+    /// N/m.
     pub const STIFFNESS: Self = Self::new(0, 1, -2, 0);
+    /// N s/m.
     pub const DAMPING: Self = Self::new(0, 1, -1, 0);
+    /// N.
     pub const FORCE: Self = Self::new(1, 1, -2, 0);
+    /// m2.
     pub const AREA: Self = Self::new(2, 0, 0, 0);
+    /// kg/m2.
     pub const MASS_PER_AREA: Self = Self::new(-2, 1, 0, 0);
+    /// m/s2.
     pub const ACCELERATION: Self = Self::new(1, 0, -2, 0);
+    /// 1/s.
     pub const RATE: Self = Self::new(0, 0, -1, 0);
+    /// rad/s.
     pub const SPIN: Self = Self::new(0, 0, -1, 1);
 
     const fn new(metre: i8, kilogram: i8, second: i8, radian: i8) -> Self {

@@ -17,6 +17,7 @@ pub struct Zeroed<T: Numbers> {
 }
 
 impl<T: Numbers> Zeroed<T> {
+    /// That many rows of zeros, none of them written yet.
     pub fn new(rows: usize) -> Self {
         let spare = align_of::<T>() / size_of::<f64>();
         Self { numbers: vec![0.0; rows * T::WIDTH + spare], rows, of: std::marker::PhantomData }

@@ -21,18 +21,24 @@ use crate::prepare::grain_world::{self, GrainWorld};
 /// What is measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted {
+    /// About as many: whole copies of one packing lie side by side.
     pub grains: u64,
     /// In space instead of the plane.
     pub solid: bool,
+    /// A step is one of every grain.
     pub stretches: Stretches,
 }
 
 /// What came out.
 #[derive(Clone, Debug)]
 pub struct Measured {
+    /// Contact law as a job names it: "linear" in the plane, "hertz_mindlin" in space.
     pub law: &'static str,
+    /// Of the sheared packing, once its start is forgotten.
     pub speed: Speed,
+    /// Contacts that hold at the end, each counted once, over grains.
     pub contacts_per_grain: f64,
+    /// Those of the neighbour lists at the end; one between two ranks is in the lists of both.
     pub pairs_per_grain: f64,
     /// Of the arrays of all ranks.
     pub bytes_per_grain: f64,

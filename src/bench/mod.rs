@@ -17,21 +17,28 @@ pub mod scaling;
 /// What is timed: stretches of steps, the median of which counts.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretches {
+    /// Timed one after the other.
     pub count: usize,
+    /// Of each stretch.
     pub steps: u64,
 }
 
 /// How fast a world of grains alone, or of points alone, goes on. Times are of the slowest rank where ranks differ.
 #[derive(Clone, Debug)]
 pub struct Speed {
+    /// "plane" or "solid".
     pub space: &'static str,
+    /// Vector registers that contacts are computed with: "portable", "avx2" or "avx512".
     pub instructions: &'static str,
     /// Grains or points.
     pub rows: u64,
+    /// Of MPI; 1 where it is not used.
     pub ranks: usize,
+    /// Of all stretches together.
     pub steps: u64,
     /// Wall time of a row's step, every stretch, ns.
     pub stretches: Vec<f64>,
+    /// Rebuilds of the neighbour lists, with migration and ghosts, during these steps.
     pub rebuilds: u64,
     /// Resident memory of all ranks beyond what the program took before.
     pub bytes_resident_per_row: f64,
@@ -41,6 +48,7 @@ pub struct Speed {
     pub imbalance: f64,
     /// Messages and bytes of a step, of all ranks together.
     pub messages: f64,
+    /// Bytes of those messages, per step.
     pub bytes: f64,
 }
 

@@ -13,6 +13,7 @@ use crate::prepare::point_world;
 /// What is measured.
 #[derive(Clone, Debug)]
 pub struct Wanted {
+    /// About as many: whole blocks of cells are filled.
     pub points: u64,
     /// In space instead of the plane.
     pub solid: bool,
@@ -20,14 +21,18 @@ pub struct Wanted {
     pub law: String,
     /// Shape functions, stress update and transfer, as a job names them.
     pub shape: String,
+    /// `scheme.update` of the job: "first", "last" or "modified_last".
     pub update: String,
+    /// `scheme.transfer` of the job: "blend" or "affine".
     pub transfer: String,
+    /// A step is one of every point.
     pub stretches: Stretches,
 }
 
 /// What came out.
 #[derive(Clone, Debug)]
 pub struct Measured {
+    /// Of the block once its start is forgotten.
     pub speed: Speed,
     /// Mean plastic strain at the end: a yielding material, not an elastic one.
     pub plastic_strain: f64,

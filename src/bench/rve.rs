@@ -31,14 +31,19 @@ pub struct Wanted {
 /// What came out.
 #[derive(Clone, Debug)]
 pub struct Measured {
+    /// "plane" or "solid".
     pub space: &'static str,
+    /// RVEs.
     pub elements: u64,
+    /// Grains of each RVE.
     pub grains: u64,
     /// Wall time of a grain's step, every stretch, ns.
     pub rve: Vec<f64>,
     /// The same of the large packing, after each of these.
     pub packing: Vec<f64>,
+    /// Resident memory that the RVEs and their first increments took, bytes, over all their grains.
     pub bytes_resident_per_grain: f64,
+    /// Contacts that bear in the first RVE at the end, each counted once, over its grains.
     pub contacts_per_grain: f64,
     /// Deviator over pressure at the end: RVEs that are sheared.
     pub stress_ratio: f64,
@@ -60,6 +65,7 @@ const WARM_UP: u64 = 200;
 /// Grains of the packing that is measured beside them.
 const BESIDE: [u64; 2] = [7640, 100_000];
 
+/// Runs the measurement on one rank, RVEs in turns with the large packing.
 pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
     match wanted.solid {
         false => measured::<Plane>(wanted, transport),

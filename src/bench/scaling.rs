@@ -12,21 +12,27 @@ use crate::domain::phases::NAMES;
 /// One measured run, from its `summary.json`.
 #[derive(Clone, Debug)]
 pub struct Sample {
+    /// MPI ranks that it ran on.
     pub ranks: usize,
     /// Of the loop of steps: without start-up, packing, and what is done before the first step. s.
     pub wall: f64,
     /// Of these, rank 0's rows, frames and checkpoints, s.
     pub output: f64,
+    /// Of that loop alone; a summary counts those of the whole run.
     pub steps: f64,
     /// Grains and points at the end.
     pub rows: f64,
+    /// In the order of a step; empty where the summary has none.
     pub phases: Vec<Phase>,
     /// Of all ranks together. What a summary does not tell is nothing.
     pub messages_per_step: Option<f64>,
+    /// Bytes of those messages, of all ranks together; none where the summary has no such number.
     pub bytes_per_step: Option<f64>,
     /// Longest busy time of a rank over the mean.
     pub imbalance: Option<f64>,
+    /// How often blocks were dealt to ranks anew; none where the summary does not tell.
     pub rebalances: Option<f64>,
+    /// Grains and points that one rank has sent to another, of all ranks; none where the summary does not tell.
     pub rows_moved: Option<f64>,
     /// Of the state at the end.
     pub digest: String,
@@ -35,8 +41,11 @@ pub struct Sample {
 /// Time in a phase over the run: mean over ranks, and of the slowest one, s.
 #[derive(Clone, Debug)]
 pub struct Phase {
+    /// One of [`NAMES`].
     pub name: String,
+    /// s.
     pub mean: f64,
+    /// s.
     pub most: f64,
 }
 
@@ -90,12 +99,15 @@ impl Sample {
 /// A number of ranks: its runs and how they compare.
 #[derive(Clone, Debug)]
 pub struct Point {
+    /// The same for all its runs.
     pub ranks: usize,
     /// The run of median wall time, with its phases and messages.
     pub median: Sample,
     /// Wall times of all runs, s, in the order they were made.
     pub walls: Vec<f64>,
+    /// n t(n)/t(N) of medians; in weak scaling the efficiency times the ranks.
     pub speed_up: f64,
+    /// Speed-up over ranks; in weak scaling t(1)/t(N).
     pub efficiency: f64,
     /// Speed-up, or in weak scaling efficiency, of steps without output.
     pub without_output: f64,
@@ -106,12 +118,15 @@ pub struct Point {
 pub struct Scaling {
     /// Name and file of the job.
     pub name: String,
+    /// As it was given on the command line.
     pub job: String,
+    /// Of each rank.
     pub threads: usize,
     /// Cores that the ranks had.
     pub cores: usize,
     /// Simulated time that measured runs begin at, s; 0 is the start.
     pub from: f64,
+    /// By ranks, fewest first.
     pub strong: Vec<Point>,
     /// Empty where it was not wanted.
     pub weak: Vec<Point>,

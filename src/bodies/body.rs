@@ -12,7 +12,9 @@ pub const BODIES_MAX: usize = 8;
 /// Which side of its face a plate is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
+    /// It is below its face, the material above.
     Below,
+    /// It is above its face, the material below.
     Above,
 }
 
@@ -20,22 +22,47 @@ pub enum Side {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape<S: Space> {
     /// A rough plate across the domain: grains glued to it, and the nodes beyond its face. `face` is y of the face, m.
-    Plate { side: Side, face: f64 },
+    Plate {
+        /// Whether it is below or above its face.
+        side: Side,
+        /// y at time zero, m.
+        face: f64,
+    },
     /// Grains glued together; nothing else.
     Layer,
     /// The half space behind a plane through `point`; the unit `normal` points to the grains.
-    Plane { point: S::Vector, normal: S::Vector },
+    Plane {
+        /// On it, m; the body turns about it.
+        point: S::Vector,
+        /// Unit, to the grains.
+        normal: S::Vector,
+    },
     /// A solid box with edges along the axes.
-    Box { lower: S::Vector, upper: S::Vector },
+    Box {
+        /// Corner, m.
+        lower: S::Vector,
+        /// Corner, m.
+        upper: S::Vector,
+    },
     /// A solid cylinder without end about the unit `axis` (in the plane a disc, its axis zero).
-    Cylinder { centre: S::Vector, axis: S::Vector, radius: f64 },
+    Cylinder {
+        /// On the axis, m.
+        centre: S::Vector,
+        /// Unit; zero in the plane.
+        axis: S::Vector,
+        /// m.
+        radius: f64,
+    },
 }
 
 /// Velocity (m/s) and spin (rad/s) at a time, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant<S: Space> {
+    /// s.
     pub time: f64,
+    /// Of the body's origin, m/s.
     pub velocity: S::Vector,
+    /// About the origin, rad/s; in the plane counterclockwise.
     pub spin: S::Spin,
 }
 
@@ -48,19 +75,24 @@ pub struct Servo<S: Space> {
     pub force: f64,
     /// kg, N s/m, m/s.
     pub mass: f64,
+    /// Of the dashpot on v, N s/m.
     pub damping: f64,
+    /// The most that |v| may be, m/s.
     pub speed_max: f64,
 }
 
 /// A body and its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<S: Space> {
+    /// As the job or a preparation gives it; columns of the series begin with it.
     pub name: String,
+    /// With its place at time zero.
     pub shape: Shape<S>,
     /// In the order of time, linear in between, the last kept on; empty: at rest.
     pub path: Vec<Instant<S>>,
     /// Amplitude (m) and frequency (1/s) of a sine that is added to the way along the path.
     pub oscillation: Option<(S::Vector, f64)>,
+    /// What moves it along one direction by the force on it; none where the path alone does.
     pub servo: Option<Servo<S>>,
     /// How it holds the nodes or points of a continuum that it meets, and whether what moves away is let go; none where it touches
     /// grains alone.
@@ -69,15 +101,20 @@ pub struct Body<S: Space> {
     pub meets_points: bool,
     /// The part of a mesh's surface that is fastened to it, whatever its place; in the sense of its grip.
     pub side: Option<MeshSide>,
+    /// From its place at time zero, m.
     pub displacement: S::Vector,
+    /// Of its origin, m/s.
     pub velocity: S::Vector,
+    /// About its origin, rad/s; in the plane counterclockwise.
     pub spin: S::Spin,
     /// Means of velocity and spin on either side of the forces of a step, by which these do work, m/s and rad/s; made within it.
     pub velocity_mean: S::Vector,
+    /// rad/s.
     pub spin_mean: S::Spin,
     /// Impulse (N s) and angular impulse about the body's own origin (N m s) of the material on the body since the last row
     /// of the series.
     pub impulse: S::Vector,
+    /// N m s, about the body's own origin.
     pub impulse_angular: S::Spin,
     /// Impulse of the material on the body since the start, N s.
     pub impulse_whole: S::Vector,
@@ -89,7 +126,12 @@ pub struct Body<S: Space> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshSide {
     /// A face of the box around it.
-    Face { axis: usize, upper: bool },
+    Face {
+        /// That it is across, 0 to 2.
+        axis: usize,
+        /// Whether it is the one at the larger coordinate.
+        upper: bool,
+    },
     /// Sides of elements in physical groups of its file, a bit for each.
     Groups(u32),
 }
@@ -119,11 +161,13 @@ impl MeshSide {
 pub struct Reaction<S: Space> {
     /// Of grains, glued or touching, N and N m about the body's origin.
     pub force: S::Vector,
+    /// N m, about the body's origin.
     pub torque: S::Spin,
     /// Share of the step by which the force moves grains: a half in the first of a run, whose velocities are of time zero.
     pub kick: f64,
     /// Of the nodes that the body holds, kg and, with the forces of this step, N s.
     pub node_mass: f64,
+    /// Of the same nodes, with the forces of this step, N s.
     pub node_momentum: S::Vector,
     /// What a servo did not foresee of the impulse along it in the steps before, N s.
     pub unforeseen: f64,
@@ -139,6 +183,7 @@ impl<S: Space> Reaction<S> {
 /// The point of a body's surface nearest to a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest<S: Space> {
+    /// On the surface, m.
     pub point: S::Vector,
     /// Unit, from the body to the place.
     pub normal: S::Vector,
@@ -339,6 +384,7 @@ impl<S: Space> Body<S> {
         })
     }
 
+    /// Goes on by the velocity over `dt` (s); the means are velocity and spin themselves until the next forces.
     pub fn drift(&mut self, dt: f64) {
         self.displacement += self.velocity * dt;
         (self.velocity_mean, self.spin_mean) = (self.velocity, self.spin);

@@ -17,6 +17,7 @@ pub enum Grip {
 /// A surface at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold<S: Space> {
+    /// What it does to motion along it.
     pub grip: Grip,
     /// Whether what moves away is let go; otherwise it is held along the normal in both senses.
     pub separates: bool,

@@ -5,8 +5,11 @@ use crate::couple::zone::CellGrid;
 /// One point's contribution: where it began, its mass, and its displacements at the instants of the field, m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
+    /// m.
     pub origin: [f64; 2],
+    /// kg, without the point's weight.
     pub mass: f64,
+    /// One per instant, in their order; training puts the velocity now, m/s, behind them.
     pub displacements: Vec<[f64; 2]>,
 }
 

@@ -40,6 +40,7 @@ const PACE_LEAST: f64 = 0.25;
 /// Shear band detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oracle {
+    /// With its constants: the key `criterion` and those beside it.
     pub criterion: Criterion,
     /// Steps between two looks.
     pub every: u64,
@@ -48,7 +49,9 @@ pub struct Oracle {
 /// What a band is told by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Criterion {
+    /// "concentration": shear gathers in a part of its box, and has sharpened.
     Concentration(Concentration),
+    /// "laplacian": the rate of plastic strain bends sharply.
     Laplacian(Laplacian),
 }
 
@@ -87,6 +90,7 @@ pub struct Laplacian {
 }
 
 impl Concentration {
+    /// Of `[oracle]` where a job says nothing else.
     pub const DEFAULT: Self = Self {
         window: 2e-3,
         reach: 20.0,
@@ -141,6 +145,7 @@ impl Oracle {
     /// By the default criterion, a look after every step.
     pub const DEFAULT: Self = Self { criterion: Criterion::Concentration(Concentration::DEFAULT), every: 1 };
 
+    /// Length of the criterion's window on its strain clock.
     pub fn window(&self) -> f64 {
         match &self.criterion {
             Criterion::Concentration(by) => by.window,
@@ -178,6 +183,7 @@ pub struct Look {
     pub fastest: f64,
     /// Fastest rate of any box until then, 1/s, and the time, s.
     pub pace: f64,
+    /// s, of the look itself.
     pub time: f64,
 }
 
@@ -188,11 +194,14 @@ pub struct Memory {
     pub clock: f64,
     /// Looks taken; by slot, the strain clock at the last of them and what they have seen, the latter of the criterion of concentration alone.
     pub looks: u64,
+    /// By slot, the strain clock at the look taken there.
     pub clocks: [f64; LOOKS],
+    /// By slot, what that look has seen; blank where the criterion is the Laplacian.
     pub seen: [Look; LOOKS],
     /// Flagged nodes of the last look, by their index in the domain, rising, and the strain clock since when, or until when a band that was
     /// found is not asked for again; of concentration since when it has sharpened, 0 before that, or the latter.
     pub flagged: Vec<u64>,
+    /// On the strain clock; ahead of it while a band that was found is not asked for again.
     pub unchanged_since: f64,
 }
 
@@ -289,10 +298,12 @@ pub struct NodeFields {
     pub is_periodic: bool,
     /// Plastic strain since the last look (rate times a constant), or for concentration all of it, and within the window.
     pub rate: Vec<f64>,
+    /// Plastic strain gained within the window, by node.
     pub recent: Vec<f64>,
 }
 
 impl NodeFields {
+    /// Periodic along x, no node with material; nodes along x and y are given.
     pub fn empty(counts: [usize; 2]) -> Self {
         let nodes = counts[0] * counts[1];
         let (rate, recent) = (vec![0.0; nodes], vec![0.0; nodes]);

@@ -23,11 +23,13 @@ pub struct Patch {
     pub core: f64,
     /// Volume of the grains, m3, and of those outside the rim.
     pub solid: f64,
+    /// Volume of the grains outside the rim, m3.
     pub solid_core: f64,
     /// Love-Weber sum of the contacts of the latter, J, tension positive. Nodes bear a part of what others bear.
     pub moment: Tensor,
     /// Room of the cells that are full of grains, m3, and volume of the grains in them.
     pub room_full: f64,
+    /// Volume of the grains in full cells, m3.
     pub solid_full: f64,
     place: Vector,
     square: Tensor,
@@ -63,6 +65,7 @@ numbers!(impl[] Patch[] {
 pub struct LinearField {
     centre: Vector,
     mean: Vector,
+    /// G: component of the field by row, direction by column; 1/s of a velocity. Zero where grains lie in a line, or there is one.
     pub gradient: Tensor,
 }
 

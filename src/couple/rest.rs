@@ -4,7 +4,9 @@
 /// Strain of a cell of grains since the watch began: xx, yy, xy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellStrain {
+    /// Index in [`crate::couple::zone::CellGrid`].
     pub cell: u64,
+    /// The tensor's: xy is half of the engineering shear strain.
     pub strain: [f64; 3],
     /// Looks at which it held grains, one after the other until now.
     pub looks: u64,
@@ -21,6 +23,7 @@ impl CellStrain {
 /// A look at a cell that holds grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
+    /// Index in [`crate::couple::zone::CellGrid`].
     pub cell: u64,
     /// Rate of strain, xx, yy, xy, 1/s; none where too few grains are in it to tell.
     pub rate: Option<[f64; 3]>,
@@ -29,6 +32,7 @@ pub struct Look {
 /// The cells that hold grains, rising; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RestWatch {
+    /// Rising by index.
     pub cells: Vec<CellStrain>,
 }
 

@@ -7,7 +7,9 @@ use crate::couple::zone::{Label, Zone};
 pub struct Candidate {
     /// Row in the packing.
     pub row: usize,
+    /// Of the grain: settles which of two at one distance enters first.
     pub id: u64,
+    /// kg, without its weight.
     pub mass: f64,
     /// Place now, m.
     pub place: [f64; 2],

@@ -19,6 +19,7 @@ pub struct Enrichment {
     pub training_speed: f64,
     /// Rest after training with the rim held, in multiples of the training's own duration.
     pub training_rest: f64,
+    /// What becomes of the zone later: the keys of `[zone]`.
     pub life: ZoneLife,
 }
 
@@ -88,16 +89,20 @@ pub struct ZoneLife {
 /// What a cell holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Label {
+    /// Points alone.
     Continuum,
     /// The reconciliation zone: grains and points at once.
     Rim,
+    /// The core: grains alone.
     Grains,
 }
 
 /// The domain's cells, row by row in y. Lengths in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellGrid {
+    /// Columns along x and rows along y.
     pub counts: [usize; 2],
+    /// Edge of a cell.
     pub cell: f64,
     /// The lower corner.
     pub lower: [f64; 2],
@@ -106,6 +111,7 @@ pub struct CellGrid {
 }
 
 impl CellGrid {
+    /// Length along x, m, whether the grid is periodic or not.
     pub fn period(&self) -> f64 {
         self.counts[0] as f64 * self.cell
     }
@@ -236,7 +242,9 @@ fn distance_to([from, to]: &[[f64; 2]; 2], place: [f64; 2]) -> f64 {
 /// Labels of all cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zone {
+    /// Of the whole domain.
     pub grid: CellGrid,
+    /// By index of the cell.
     pub labels: Vec<Label>,
     /// Places of the flagged nodes, m.
     flagged: Vec<[f64; 2]>,

@@ -74,10 +74,13 @@ impl<S: Space> Constants<S> {
 /// An assembly of grains with the contacts between them.
 #[derive(Clone, Debug)]
 pub struct Assembly<S: Space> {
+    /// As it is now, the same on every rank.
     pub cell: Cell<S>,
     /// The cell at the last rebuild of the lists.
     pub(crate) cell_home: Cell<S>,
+    /// Rows of this rank, copies of other ranks' grains behind its own.
     pub grains: Grains<S>,
+    /// Contacts of grains with each other.
     pub contacts: Contacts<S>,
     /// Contacts of grains with bodies.
     pub walls: Walls<S>,

@@ -15,6 +15,7 @@ use crate::dem::walls::{Walls, beside, middle, touch_of};
 /// A contact as a grain has it.
 #[derive(Clone, Copy, Debug)]
 pub struct Bearing<S: Space> {
+    /// Of the grain, which this rank owns.
     pub row: Row,
     /// The other grain, or the body.
     pub partner: GrainId,

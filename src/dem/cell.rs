@@ -20,6 +20,7 @@ pub struct Cell<S: Space> {
     pub corner: S::Vector,
     /// Edge vectors h as columns, m.
     pub edges: S::Tensor,
+    /// Whether the cell repeats along each edge; in the plane the third says nothing.
     pub periodic: [bool; 3],
     /// Velocity gradient L over the last step, 1/s.
     pub gradient: S::Tensor,
@@ -226,14 +227,18 @@ pub fn visit_image<S: Space>(image: &mut Image, visitor: &mut dyn Visitor) {
 pub struct ImageCode(pub u8);
 
 impl ImageCode {
+    /// No period away along any edge.
     pub const NONE: Self = Self(0);
+    /// How many codes there are: -1, 0 or 1 periods along each of three edges.
     pub const COUNT: usize = 27;
 
+    /// From periods of -1, 0 or 1 along each edge; others are taken modulo three.
     pub fn of(image: Image) -> Self {
         let digit = |step: i32| step.rem_euclid(3) as u8;
         Self(digit(image[0]) + 3 * digit(image[1]) + 9 * digit(image[2]))
     }
 
+    /// Periods along each edge, -1 to 1.
     pub fn image(self) -> Image {
         [self.0 % 3, self.0 / 3 % 3, self.0 / 9].map(|digit| if digit == 2 { -1 } else { i32::from(digit) })
     }
@@ -248,6 +253,7 @@ pub struct Shifts<S: Space> {
 }
 
 impl<S: Space> Shifts<S> {
+    /// Of a cell as it is now.
     pub fn of(cell: &Cell<S>) -> Self {
         let mut shifts = Self::default();
         shifts.settle(cell);

@@ -13,11 +13,13 @@ pub struct Largest<P> {
 }
 
 impl<P: Pack> Largest<P> {
+    /// Zero: of no numbers yet.
     #[inline(always)]
     pub fn none() -> Self {
         Self { most: P::splat(0.0), odd: P::splat(0.0) }
     }
 
+    /// Eight more, one to a lane.
     #[inline(always)]
     pub fn take(&mut self, numbers: P) {
         self.most = P::max(numbers, self.most);

@@ -19,6 +19,7 @@ use crate::law::contact::{Memory, Touch};
 /// Listed pairs with their memories and forces.
 #[derive(Clone, Debug)]
 pub struct Contacts<S: Space> {
+    /// Pairs that may touch, and the terms that each row sums.
     pub neighbours: Neighbours,
     /// `[pack][word][lane]`; zero where the pair does not touch.
     memory: Vec<f64>,
@@ -74,6 +75,7 @@ pub struct Rooms<S: Space> {
 }
 
 impl<S: Space> Contacts<S> {
+    /// No pairs yet, the images of this cell, and the widest instructions that there are ([`Instructions::best`]).
     pub fn new(cell: &Cell<S>) -> Self {
         Self {
             neighbours: Neighbours::default(),
@@ -95,6 +97,7 @@ impl<S: Space> Contacts<S> {
         self.instructions = instructions;
     }
 
+    /// Those that passes run with.
     pub fn instructions(&self) -> Instructions {
         self.instructions
     }
@@ -341,6 +344,7 @@ impl<S: Space> Contacts<S> {
         touch(&Side::scalar(a), &Side::scalar(b), separation, relative, times)
     }
 
+    /// Weight of a pair's contact in the mixture ([`pair_weight`]).
     pub fn weight_of(grains: &Grains<S>, pair: &Pair) -> f64 {
         pair_weight(grains.hot[pair.a as usize].weight, grains.hot[pair.b() as usize].weight)
     }

@@ -32,6 +32,7 @@ const MEMORY: f64 = 20.0;
 pub struct CellDrive<S: Space> {
     /// L, 1/s.
     pub gradient: S::Tensor,
+    /// None where no axis follows a stress.
     pub servo: Option<StressServo>,
 }
 
@@ -40,6 +41,7 @@ pub struct CellDrive<S: Space> {
 pub struct StressServo {
     /// Normal stress per axis, Pa, tension positive.
     pub stress: [Option<f64>; 3],
+    /// How fast they answer, the same for all axes.
     pub response: Response,
     /// Steps between two looks at the stress.
     pub interval: u64,
@@ -53,7 +55,10 @@ pub struct StressServo {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Response {
     /// By the stiffness of the contacts: the share of the missing stress that is made up until the next look.
-    Contacts { gain: f64 },
+    Contacts {
+        /// Stable below 2.
+        gain: f64,
+    },
     /// L = e/viscosity, Pa s; nothing is learnt.
     Viscosity(f64),
 }
@@ -109,6 +114,7 @@ impl<S: Space> Default for CellDrive<S> {
 }
 
 impl<S: Space> CellDrive<S> {
+    /// Whether nothing deforms the cell: no gradient is given and no axis follows a stress.
     pub fn is_at_rest(&self) -> bool {
         self.gradient == S::Tensor::zero() && self.servo.is_none()
     }

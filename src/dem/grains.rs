@@ -19,12 +19,14 @@ pub struct Hot<S: Space> {
     pub velocity: S::Vector,
     /// Angular velocity, rad/s.
     pub spin: S::Spin,
+    /// m.
     pub radius: f64,
     /// Share of the grain in the coupled mixture: 1, or w in the reconciliation zone. A grain that a body moves has no
     /// share of its own: 0.
     pub weight: f64,
     /// kg; full, never weighted.
     pub mass: f64,
+    /// Fills the record up to whole registers; nothing reads it. Empty in the plane.
     pub spare: S::Spare,
 }
 
@@ -52,7 +54,9 @@ pub enum Mover {
 /// The part of a grain that is read at rebuilds and for output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cold<S: Space> {
+    /// The same on every rank and across restarts.
     pub id: GrainId,
+    /// Whether its forces, a body or a script move it.
     pub mover: Mover,
     /// Place in the packing it came from, m.
     pub origin: S::Vector,
@@ -91,12 +95,15 @@ impl<S: Space> Record for PenaltySpring<S> {
 /// Grains of this rank in block order, copies of other ranks' grains behind them.
 #[derive(Clone, Debug)]
 pub struct Grains<S: Space> {
+    /// By row, owned ones and copies.
     pub hot: Vec<Hot<S>>,
+    /// By row, owned ones and copies; empty after [`Self::drop_cold`].
     pub cold: Vec<Cold<S>>,
     /// Rows `0..owned` are ours; `cold` of a copy is as it was at the last rebuild.
     pub owned: usize,
     /// Of owned rows, what a step reads of `cold`, apart from the rest for the sake of the caches.
     pub movers: Vec<Mover>,
+    /// [`Cold::home`] of each owned row, m.
     pub homes: Vec<S::Vector>,
     /// Owned rows that are glued to bodies.
     pub glued: Vec<Row>,
@@ -108,6 +115,7 @@ pub struct Grains<S: Space> {
     pub near_bodies: Vec<Row>,
     /// Both, ascending: what pushes them is not known yet when contacts with other grains are summed. And the same by row.
     pub waiting: Vec<Row>,
+    /// By owned row, whether it is among those that wait.
     pub waits: Vec<bool>,
     /// Of every eight owned rows side by side, from the first on, whether all are free and wait for nothing: the same is done with each.
     pub alike: Vec<bool>,
@@ -115,6 +123,7 @@ pub struct Grains<S: Space> {
     pub springs: Vec<PenaltySpring<S>>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
     pub force: Vec<S::Vector>,
+    /// By owned row, N m.
     pub torque: Vec<S::Spin>,
 }
 
@@ -143,8 +152,11 @@ impl<S: Space> Default for Grains<S> {
 /// A whole grain with the memories of its contacts, as it travels, rests on disk or is handed to a new world.
 #[derive(Clone, Debug)]
 pub struct GrainRow<S: Space> {
+    /// What contacts and motion read of it.
     pub hot: Hot<S>,
+    /// What rebuilds and output read of it.
     pub cold: Cold<S>,
+    /// Its tie to the continuum.
     pub spring: PenaltySpring<S>,
     /// Memories of touching contacts by the partner's id, in its order; in the orientation lower to higher id.
     pub contacts: Vec<Carried>,
@@ -159,6 +171,7 @@ impl Mover {
             Mover::Script => 255,
         }
     }
+    /// The reverse of [`Self::code`]; every number is a code.
     pub fn from_code(code: u8) -> Self {
         match code {
             0 => Mover::Free,
@@ -326,7 +339,9 @@ pub fn body_of_partner(partner: GrainId) -> Option<usize> {
 /// What a grain's penalty spring remembers as it rests on disk.
 #[derive(Clone, Debug)]
 pub struct PenaltySpringRow<S: Space> {
+    /// Whose it is.
     pub grain: GrainId,
+    /// Changes of velocity in a step, m/s.
     pub spring: PenaltySpring<S>,
 }
 
@@ -340,8 +355,11 @@ impl<S: Space> Record for PenaltySpringRow<S> {
 /// A touching contact as it rests on disk.
 #[derive(Clone, Debug)]
 pub struct ContactRow {
+    /// The grain of the lower id.
     pub lower: GrainId,
+    /// The other grain, or a body ([`body_partner`]), which is above all grains.
     pub higher: GrainId,
+    /// Words of the law, in the orientation lower to higher id.
     pub memory: Memory,
 }
 

@@ -38,12 +38,15 @@ pub fn of_side<S: Space>(side: &[f64]) -> (S::VectorOf<f64>, S::SpinOf<f64>) {
 pub struct Pass<'a, S: Space> {
     /// Records from row `first` on.
     pub hot: &'a [Hot<S>],
+    /// The row that `hot` begins with; pairs name rows as if it began with row zero.
     pub first: Row,
     /// Of the images that pairs lie in; none where each lies in one image.
     pub shifts: Option<&'a Shifts<S>>,
     /// Time over which memories advance, s, and the step that twists are reckoned over.
     pub advance: f64,
+    /// s.
     pub dt: f64,
+    /// Registers that the pass runs with; the bits do not depend on them.
     pub instructions: Instructions,
 }
 
@@ -155,11 +158,17 @@ fn write<S: Space, P: Pack>(given: &Given<S, P>, forces: &mut [f64]) {
 /// A grain in lanes: one side of a contact, or by itself.
 #[derive(Clone, Copy)]
 pub struct Side<S: Space, R: Real> {
+    /// Centre, m.
     pub position: S::VectorOf<R>,
+    /// Of the centre, m/s.
     pub velocity: S::VectorOf<R>,
+    /// rad/s.
     pub spin: S::SpinOf<R>,
+    /// m.
     pub radius: R,
+    /// Share in the coupled mixture, zero where a body moves the grain ([`Hot::weight`]).
     pub weight: R,
+    /// kg, not weighted.
     pub mass: R,
 }
 
@@ -205,6 +214,7 @@ impl<S: Space, P: Pack> Side<S, P> {
 }
 
 impl<S: Space> Side<S, f64> {
+    /// Of a single record.
     #[inline(always)]
     pub fn scalar(hot: &Hot<S>) -> Self {
         let words = hot.numbers();
@@ -215,8 +225,11 @@ impl<S: Space> Side<S, f64> {
 /// What a pair gives to its two grains.
 #[derive(Clone, Copy)]
 pub struct Given<S: Space, R: Real> {
+    /// On `a`, N, weighted; `b` gets the opposite.
     pub force: S::VectorOf<R>,
+    /// On `a` about its centre, N m, weighted.
     pub torque_a: S::SpinOf<R>,
+    /// On `b` about its centre, N m, weighted; with a lever arm of zero the resistance to rolling alone.
     pub torque_b: S::SpinOf<R>,
 }
 

@@ -14,16 +14,23 @@ use crate::law::contact::{Absent, Answer, Contact, ContactLaw, ForAnyLaw, Memory
 pub trait Law<S: Space>: Debug + Send + Sync {
     /// Words of what a contact remembers.
     fn memory_words(&self) -> usize;
+    /// How far apart surfaces may be and still hold on to each other, m.
     fn reach(&self) -> f64;
     /// Whole packs of pairs, on this thread. `memory` holds `[pack][word][lane]`, `forces` `[pair][word]`.
     fn evaluate(&self, pass: &Pass<S>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]);
+    /// Whether the contact exists, by what it remembers.
     fn holds(&self, touch: &Touch<S, f64>, memory: &Memory) -> bool;
     /// Forces of a contact with `weight`, their torques by the lever arms of both sides, m; nothing where it does not hold.
     fn give(&self, touch: &Touch<S, f64>, weight: f64, arms: [f64; 2], memory: &mut Memory) -> Given<S, f64>;
+    /// Velocity at which the tangential spring stretches, m/s.
     fn sliding(&self, touch: &Touch<S, f64>) -> S::TangentOf<f64>;
+    /// What the springs alone answer in a contact that holds, by its memory after the evaluation; not weighted.
     fn springs(&self, touch: &Touch<S, f64>, memory: &Memory) -> Answer<S, f64>;
+    /// Springs and dashpots at an overlap (m). Radii in m, masses in kg as a touch has them.
     fn stiffness(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Springs;
+    /// The most that spring and dashpot may carry along the surface together, N, at a normal force (N); not weighted.
     fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64;
+    /// Of a contact that holds, J, not weighted; with a blank memory, that of the normal spring alone.
     fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Memory) -> f64;
 }
 

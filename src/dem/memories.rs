@@ -18,10 +18,12 @@ pub struct Memories {
 }
 
 impl Memories {
+    /// Of no rows yet; `width` is the number of words of each.
     pub fn new(width: usize) -> Self {
         Self { width, starts: vec![0], partners: Vec::new(), words: Vec::new() }
     }
 
+    /// The next row, in the order of its partners. Panics where a memory has another width.
     pub fn push(&mut self, row: impl Iterator<Item = Carried>) {
         for (partner, memory) in row {
             assert_eq!(memory.words().len(), self.width, "memories of one law are equally long");
@@ -31,6 +33,7 @@ impl Memories {
         self.starts.push(self.partners.len() as u32);
     }
 
+    /// Of one row, by its number in the order in which rows came.
     pub fn of(&self, row: usize) -> impl Iterator<Item = Carried> + '_ {
         let entries = self.starts[row] as usize..self.starts[row + 1] as usize;
         entries.map(|at| (self.partners[at], Memory::of_words(&self.words[at * self.width..(at + 1) * self.width])))

@@ -21,6 +21,7 @@ use crate::dem::segments::{Finish, Resting};
 pub struct Damping {
     /// Local non-viscous damping, 0 to below 1 (Liang & Zhao 2019, eq. 29); 0 is none.
     pub local: f64,
+    /// Which of the two laws local damping is.
     pub form: DampingForm,
     /// Mass-proportional damping c of -c m v, 1/s (Liu et al. 2016, 2.3.1).
     pub mass: f64,
@@ -54,6 +55,7 @@ pub enum DampingForm {
 pub struct Field<S: Space> {
     /// m/s2.
     pub gravity: S::Vector,
+    /// Of free grains.
     pub damping: Damping,
 }
 
@@ -90,6 +92,7 @@ pub trait Kick<S: Space>: Sync {
 
 /// Forces and gravity, m/s2.
 pub struct Falling<S: Space> {
+    /// m/s2.
     pub gravity: S::Vector,
 }
 
@@ -106,7 +109,9 @@ impl<S: Space> Kick<S> for Falling<S> {
 /// Damping as well. In a cell that deforms with the gradient L, a grain that stays where it is in the cell accelerates by L v
 /// too, and damping acts on the velocity against the mean field L x.
 pub struct Damped<S: Space> {
+    /// Gravity and damping.
     pub field: Field<S>,
+    /// Its gradient L, 1/s, and its corner, from which x is.
     pub cell: Cell<S>,
 }
 
@@ -127,8 +132,11 @@ impl<S: Space> Kick<S> for Damped<S> {
 /// The kick of a grain, and where nothing stands between it and its drift that as well: its record is touched once. Glued grains wait
 /// for their bodies.
 pub struct Moves<K, const DRIFTS: bool> {
+    /// What changes velocities.
     pub kick: K,
+    /// Time over which velocities change, s: less than the step in the first of a run, where these are of time zero.
     pub dt_kick: f64,
+    /// Time of the drift, s.
     pub dt: f64,
 }
 

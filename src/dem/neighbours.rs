@@ -11,6 +11,7 @@ use crate::dem::grains::{Cold, Grains, Mover};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Pair {
+    /// Row of the grain with the lower id.
     pub a: Row,
     /// Row of `b` below, the image's code in the upper five bits.
     b_and_image: u32,
@@ -24,10 +25,12 @@ impl Pair {
     fn new(a: Row, b: Row, image: ImageCode) -> Self {
         Self { a, b_and_image: b | u32::from(image.0) << (32 - IMAGE_BITS) }
     }
+    /// Row of the grain with the higher id.
     #[inline(always)]
     pub fn b(self) -> Row {
         self.b_and_image & (ROWS_MAX as u32 - 1)
     }
+    /// Periods by which the separation of the two is shifted.
     #[inline(always)]
     pub fn image(self) -> ImageCode {
         ImageCode((self.b_and_image >> (32 - IMAGE_BITS)) as u8)
@@ -53,6 +56,7 @@ impl Term {
     fn new(pair: usize, row: Row, is_b: bool) -> Self {
         Self(pair as u32 * TERMS_OF_PAIR + row % LANES as u32 * 2 + u32::from(is_b))
     }
+    /// Index into [`Neighbours::pairs`].
     #[inline(always)]
     pub fn pair(self) -> usize {
         (self.0 / TERMS_OF_PAIR) as usize
@@ -62,6 +66,7 @@ impl Term {
     pub fn lane(self) -> usize {
         (self.0 / 2) as usize % LANES
     }
+    /// Whether the grain is the pair's `b`.
     #[inline(always)]
     pub fn is_b(self) -> bool {
         self.0 & 1 == 1
@@ -82,6 +87,7 @@ pub struct Neighbours {
     pub border: usize,
     /// Terms of row i are `terms[starts[i]..starts[i + 1]]`.
     pub starts: Vec<u32>,
+    /// Row after row, those of a row in the order of the partners' ids; empty after [`Self::drop_terms`].
     pub terms: Vec<Term>,
     /// Whether all pairs are one part, in the order of the ids of both of their grains; rows stand in that order too and are all owned.
     /// Who adds the forces of pairs up in this order adds for each grain in that of its terms, and needs none of these.
@@ -89,6 +95,7 @@ pub struct Neighbours {
     /// Of such a list the pairs without the copies that fill it up, and those that segments of the same rows would list with theirs: by
     /// these a step is costed, as in states of before.
     pub listed: usize,
+    /// Pairs as segments would list them, with the copies that fill these up.
     pub counted: usize,
 }
 
@@ -359,6 +366,7 @@ impl Neighbours {
         real(&self.pairs)
     }
 
+    /// Bytes that pairs and terms hold.
     pub fn bytes(&self) -> usize {
         self.pairs.capacity() * size_of::<Pair>()
             + self.starts.capacity() * size_of::<u32>()

@@ -24,7 +24,9 @@ pub type Order<S> = Arc<dyn Fn(&<S as Space>::Vector) -> (usize, u32) + Send + S
 /// Grains that nothing but their own cell moves.
 #[derive(Clone)]
 pub struct Sample<S: Space> {
+    /// Its cell and grains, all of them owned.
     pub assembly: Assembly<S>,
+    /// Time step, skin, law of contacts, field and drive.
     pub constants: Constants<S>,
     /// Steps done.
     pub step: u64,

@@ -16,7 +16,9 @@ use crate::dem::neighbours::{Neighbours, Pair, SEGMENT};
 /// Which segments: those whose pairs need no copies of other ranks' grains, or the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Segments {
+    /// No pair of theirs is with a copy: they need not wait for any.
     Inner,
+    /// Some pair of theirs is with a copy.
     Border,
 }
 
@@ -57,11 +59,15 @@ impl<S: Space> Finish<S> for Wait {
 /// What a step reads of owned rows and does not change.
 #[derive(Clone, Copy)]
 pub struct Resting<'a, S: Space> {
+    /// By owned row.
     pub movers: &'a [Mover],
+    /// By owned row, whether what pushes it is not known yet ([`Grains::waits`]).
     pub waits: &'a [bool],
     /// By eights of rows: see [`Grains::alike`].
     pub alike: &'a [bool],
+    /// Positions at the last rebuild by owned row, m.
     pub homes: &'a [S::Vector],
+    /// Read for the velocities of scripted rows.
     pub cold: &'a [Cold<S>],
 }
 
@@ -76,8 +82,11 @@ pub fn finish_waiting<S: Space>(grains: &mut Grains<S>, finish: &impl Finish<S>)
 /// What came out of a pass: the largest that its grains returned, and the seconds that its halves took.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Passed {
+    /// The largest square of a way from home, m2.
     pub farthest: f64,
+    /// Evaluation of pairs, s.
     pub pairs: f64,
+    /// Sums and motion of grains, s.
     pub grains: f64,
 }
 
@@ -100,18 +109,25 @@ impl Passed {
 
 /// What all tasks of a pass share.
 pub struct Shared<'a, S: Space, F> {
+    /// Of contacts of grains with each other.
     pub law: &'a dyn Law<S>,
     /// Words of what a pair remembers.
     pub memory: usize,
+    /// Time over which memories advance, and that over which twists are reckoned, s.
     pub times: [f64; 2],
+    /// Registers that it runs with; the bits do not depend on them.
     pub instructions: Instructions,
+    /// Segments, and the terms of their rows.
     pub neighbours: &'a Neighbours,
     /// Forces of the pairs that no segment holds alone.
     pub outer: &'a [f64],
     /// Numbers of the room in which a task puts the forces of one segment after the other; none where all are kept.
     pub room: Option<usize>,
+    /// Which segments are done; the others are passed over.
     pub which: Segments,
+    /// What motion reads of rows, of all that this rank owns.
     pub resting: Resting<'a, S>,
+    /// What a row does once its forces are summed.
     pub finish: &'a F,
 }
 
@@ -123,12 +139,17 @@ pub struct Stretch<'a, S: Space> {
     pub ends: &'a [u32],
     /// Where the first begins.
     pub start: usize,
+    /// Of these segments, one after the other.
     pub pairs: &'a [Pair],
+    /// What these pairs remember, `[pack][word][lane]`.
     pub memory: &'a mut [f64],
     /// Of all pairs, or a room for each task.
     pub forces: &'a mut [f64],
+    /// Rows of these segments.
     pub hot: &'a mut [Hot<S>],
+    /// Sums of these rows, N.
     pub force: &'a mut [S::Vector],
+    /// Sums of these rows, N m.
     pub torque: &'a mut [S::Spin],
 }
 

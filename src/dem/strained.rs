@@ -37,6 +37,7 @@ pub struct Strained<S: Space> {
 }
 
 impl<S: Space> Strained<S> {
+    /// Of no contacts.
     pub fn zero() -> Self {
         Self { moment: S::Tensor::zero(), springs: S::Vector::zero(), dashpots: S::Vector::zero() }
     }

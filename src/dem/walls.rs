@@ -14,13 +14,18 @@ use crate::law::contact::{FLAT, Memory, Touch};
 /// A grain near a body.
 #[derive(Clone, Debug)]
 pub struct Wall<S: Space> {
+    /// Of the grain, which is free and owned.
     pub row: Row,
+    /// Its number among the bodies of the world.
     pub body: u8,
+    /// After the last evaluation; blank where the two do not touch.
     pub memory: Memory,
     /// Force on the grain and where it acts on the body, of the last evaluation, N and m; and where the grain stands against
     /// its image beside the body, m.
     pub force: S::Vector,
+    /// Where the force acts on the body, m.
     pub point: S::Vector,
+    /// From the grain's image beside the body to the grain, m.
     pub shift: S::Vector,
     /// Resistance to rolling on the grain, N m.
     pub moment: S::Spin,
@@ -29,17 +34,20 @@ pub struct Wall<S: Space> {
 /// What a contact with a body does to a grain.
 #[derive(Clone, Copy, Debug)]
 pub struct Load<S: Space> {
+    /// Of the grain.
     pub row: usize,
     /// N, N m.
     pub load: (S::Vector, S::Spin),
     /// Its part in the Love-Weber sum, J, and the energy of its springs, J.
     pub moment: S::Tensor,
+    /// J, weighted.
     pub elastic: f64,
 }
 
 /// Grains near bodies in the order of rows, then bodies.
 #[derive(Clone, Debug)]
 pub struct Walls<S: Space> {
+    /// One entry for each grain and body that are near each other.
     pub list: Vec<Wall<S>>,
     /// Laws of bodies in their order, where grains touch them otherwise than each other; empty where they do not.
     pub laws: Vec<SharedLaw<S>>,

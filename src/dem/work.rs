@@ -18,10 +18,12 @@ pub struct Parted<S: Space> {
 /// Powers that a motion loses, W.
 #[derive(Clone, Copy, Debug)]
 pub struct Losses {
+    /// To dashpots, but for the tangential one of a contact that slides.
     pub viscous: f64,
     /// To the dashpot of a contact that slides: friction limits it together with the spring, whose share
     /// [`Settled::slipped`] tells, and neither means anything alone.
     pub sliding: f64,
+    /// To the levers of the tangential force: it works at another rate than its spring stretches at ([`Parted::losses`]).
     pub levers: f64,
 }
 

@@ -25,6 +25,7 @@ use crate::fem::side::Side;
 /// What a world of elements is laid from; no step changes it, and it is the same on every rank.
 #[derive(Clone, Debug)]
 pub struct Meshed<S: Space> {
+    /// Vertices at the start, elements, and the nodes that they have.
     pub mesh: Arc<Mesh<S>>,
     /// Of each element at the start, m3; of the plane with its depth.
     pub volumes: Arc<Vec<f64>>,

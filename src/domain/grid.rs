@@ -21,8 +21,11 @@ use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 /// How the grid of a world works; chosen per job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
+    /// Functions of the nodes.
     pub shape: ShapeFunction,
+    /// When in a step stresses follow the strain.
     pub update: StressUpdate,
+    /// From nodes to points.
     pub transfer: Transfer,
     /// Volume strain is averaged where material flows, see [`crate::mpm::volumetric`].
     pub averages_volume: bool,

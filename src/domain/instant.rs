@@ -24,6 +24,7 @@ pub struct Instant<S: Space> {
     pub moment: S::Tensor,
     /// Of free grains, J.
     pub kinetic_translation: f64,
+    /// Of the spins of free grains, J.
     pub kinetic_rotation: f64,
     /// Of the springs of contacts, J.
     pub elastic: f64,

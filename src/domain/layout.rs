@@ -30,11 +30,13 @@ pub struct Layout {
     dimension: usize,
     /// Cells per axis (one in axes that do not exist).
     pub cells: [usize; 3],
+    /// Along each axis that exists.
     pub cells_per_block: usize,
     /// Edge of a grid cell of the continuum, m.
     pub cell: f64,
     /// Lower corner of the domain, m.
     pub corner: [f64; 3],
+    /// Per axis; false of axes that do not exist.
     pub periodic: [bool; 3],
     /// Cells along the lower and the upper border of an axis that is not periodic which nothing may enter: functions there
     /// would reach nodes that nobody sums.
@@ -62,10 +64,13 @@ pub struct Ground {
     pub cells_per_block: usize,
     /// Edge of a grid cell of the continuum, m.
     pub cell: f64,
+    /// Lower corner of the domain, m.
     pub corner: [f64; 3],
+    /// Per axis; axes that do not exist are not asked.
     pub periodic: [bool; 3],
     /// Cells along the lower and the upper border of axes that are not periodic which nothing may enter.
     pub rim: [[usize; 2]; 3],
+    /// Functions of the grid, which reach as far as the margins of a tile.
     pub shape: ShapeFunction,
     /// Half of a point's edge in cells, for functions that ask.
     pub point_half: f64,
@@ -93,15 +98,19 @@ impl Ground {
 /// Which stretch of the curve each rank holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deal {
+    /// Of each rank, by places along the curve; empty for a rank that has none.
     pub ranges: Vec<Range<usize>>,
+    /// This one.
     pub rank: usize,
 }
 
 impl Deal {
+    /// Blocks of this rank.
     pub fn held(&self) -> Range<usize> {
         self.ranges[self.rank].clone()
     }
 
+    /// Rank that holds a block, which is given by its place along the curve.
     pub fn owner(&self, block: usize) -> usize {
         self.ranges.partition_point(|range| range.end <= block)
     }
@@ -110,6 +119,7 @@ impl Deal {
 /// Node rows and the halos that renew them.
 #[derive(Default)]
 pub struct NodeRows {
+    /// Rows of this rank's tiles, and which of them make up which node.
     pub mosaic: Mosaic,
     /// Tile rows to the owners of their nodes, before summing.
     pub gathered: Halo,
@@ -126,6 +136,7 @@ impl Layout {
         Self::new::<Plane>(Ground { rim: [[RIM_CELLS; 2]; 3], ..ground })
     }
 
+    /// Refused in words where a block has no cells, an axis is not made of whole blocks, or these are too many to count.
     pub fn new<S: Space>(ground: Ground) -> Result<Self, String> {
         match S::DIMENSION {
             2 => Self::laid::<2>(ground),
@@ -183,6 +194,7 @@ impl Layout {
         ((z * self.blocks[1] + y) * self.blocks[0] + x) as usize
     }
 
+    /// Of the whole domain.
     pub fn block_count(&self) -> usize {
         self.coordinates.len()
     }

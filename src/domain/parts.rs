@@ -14,16 +14,23 @@ use crate::rve::{Packings, RveRow};
 
 /// Of a world, as ranks hold them in any split.
 pub struct Parts<S: Space> {
+    /// With the memories of their contacts.
     pub grains: Vec<GrainRow<S>>,
+    /// Of elements, one each.
     pub points: Vec<Point<S>>,
     /// Of points whose material is grains, and on every rank radii and masses of the grains of their packings.
     pub rves: Vec<RveRow<S>>,
+    /// Those that RVEs begin from; empty where no material is grains.
     pub packings: Packings,
     /// Of elements, all on rank 0.
     pub nodes: Vec<Node<S>>,
+    /// The same on every rank.
     pub bodies: Vec<Body<S>>,
+    /// The same on every rank.
     pub membranes: Membranes<S>,
+    /// As it is now; the same on every rank.
     pub cell: Cell<S>,
+    /// The same on every rank.
     pub home: Home<S>,
 }
 
@@ -48,6 +55,7 @@ impl<S: Space> Parts<S> {
 /// Cell and bodies at the last rebuild: lists and their age follow from them, as from the homes of grains.
 #[derive(Clone, Debug)]
 pub struct Home<S: Space> {
+    /// As it was then.
     pub cell: Cell<S>,
     /// Displacements, m.
     pub bodies: Vec<S::Vector>,

@@ -16,7 +16,9 @@ pub enum Phase {
     Scatter,
     /// Grains to nodes, and back.
     Couple,
+    /// Forces of contacts with grains and bodies.
     Contacts,
+    /// Kicks and drifts of grains, drifts of bodies, and the drive of the cell.
     Motion,
     /// Of bodies and membranes.
     Bodies,
@@ -28,10 +30,13 @@ pub enum Phase {
     Rves,
     /// Whether a rebuild is due, which all ranks must know.
     Agree,
+    /// Rows sent to the blocks of their places, and lists made anew.
     Rebuild,
     /// Weights of blocks, and dealing them anew.
     Balance,
+    /// Looks for shear bands, and for grains of a zone that rest.
     Oracle,
+    /// Rows, frames, checkpoints and accounts of energy.
     Output,
 }
 
@@ -48,14 +53,17 @@ pub const WORK: [Phase; 7] =
 /// Seconds spent in each phase by this rank. Not state: it never enters a checkpoint or a result.
 #[derive(Clone, Debug, Default)]
 pub struct Phases {
+    /// In the order of [`Phase`].
     pub seconds: [f64; NAMES.len()],
 }
 
 impl Phases {
+    /// The time of now, from which [`Self::stop`] books.
     pub fn start(&self) -> Instant {
         Instant::now()
     }
 
+    /// s.
     pub fn of(&self, phase: Phase) -> f64 {
         self.seconds[phase as usize]
     }
@@ -95,6 +103,7 @@ impl Phases {
         self.seconds[Phase::Motion as usize] += passed.grains;
     }
 
+    /// Books the time since `since`.
     pub fn stop(&mut self, phase: Phase, since: Instant) {
         self.seconds[phase as usize] += since.elapsed().as_secs_f64();
     }

@@ -19,14 +19,17 @@ use crate::domain::layout::{Ground, Layout};
 /// What lies where at the end of a run, and what it costs: all that a forecast is made from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadMap {
+    /// 2 in the plane, 3 in space.
     pub dimension: usize,
     /// Blocks per axis.
     pub blocks: [usize; 3],
+    /// Per axis.
     pub periodic: [bool; 3],
     /// Rows of every block, x fastest.
     pub grains: Vec<u32>,
     /// Grains that share nodes with points or membranes.
     pub coupled: Vec<u32>,
+    /// Points of every block, x fastest.
     pub points: Vec<u32>,
     /// Grains of every block by the neighbours within whose reach they are: one bit for each, in their order.
     pub near: Vec<Vec<(u32, u32)>>,
@@ -39,6 +42,7 @@ pub struct LoadMap {
     /// Steps of pairs in the RVEs of every block in a step, and the time of one, s; maps of older programs have none.
     #[serde(default)]
     pub pairs: Vec<u64>,
+    /// s; 0 in maps of older programs.
     #[serde(default)]
     pub pair_cost: f64,
     /// Numbers per row of a message: copies of grains, tiles to nodes, nodes to tiles.
@@ -52,19 +56,24 @@ pub struct LoadMap {
     pub reductions: usize,
     /// Rebuilds in a step, and their time per row, s.
     pub rebuilds: f64,
+    /// s; of all ranks together, per grain or point of the world.
     pub rebuild_cost: f64,
     /// Time of output in a step, which rank 0 does alone, s.
     pub output: f64,
     /// Where it was measured.
     pub ranks: usize,
+    /// Per rank.
     pub threads: usize,
+    /// Steps done in the stretch that was measured.
     pub steps: u64,
 }
 
 /// Latency of a message (s) and bandwidth of a rank (bytes/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Network {
+    /// s.
     pub latency: f64,
+    /// bytes/s.
     pub bandwidth: f64,
 }
 
@@ -72,14 +81,21 @@ pub struct Network {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Loss {
+    /// Work of the busiest rank beyond the mean.
     Imbalance,
+    /// Of messages between neighbours, at the rank whose messages take longest.
     Latency,
+    /// Of the bytes in these messages.
     Bandwidth,
+    /// Latency of sums and maxima over all ranks.
     Reductions,
+    /// Rows settled anew, with what all ranks tell each other for it.
     Rebuilds,
+    /// Rows, frames and checkpoints, by rank 0 alone.
     Output,
 }
 
+/// Every [`Loss`] in its order, and for a person what it is and what helps.
 pub const LOSSES: [(Loss, &str); 6] = [
     (
         Loss::Imbalance,
@@ -95,6 +111,7 @@ pub const LOSSES: [(Loss, &str); 6] = [
 /// What is foreseen for a number of ranks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
+    /// That number.
     pub ranks: usize,
     /// Time of a step, s.
     pub step: f64,
@@ -106,6 +123,7 @@ pub struct Forecast {
     pub imbalance: f64,
     /// Messages and bytes of all ranks together in a step.
     pub messages: u64,
+    /// Without what a network adds to messages.
     pub bytes: u64,
     /// Memory of the largest rank, bytes.
     pub memory: f64,

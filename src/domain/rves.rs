@@ -22,9 +22,11 @@ use crate::rve::{PointRve, Resting, RveRow, Scratch};
 pub struct RveTotals {
     /// Steps of grains so far, and those of pairs.
     pub steps: u64,
+    /// A step counts once for each listed pair: what RVEs cost.
     pub pair_steps: u64,
     /// RVEs without contacts, and such as have been replicated.
     pub loose: u64,
+    /// Such as have more grains than their packing.
     pub replicated: u64,
     /// The largest I_uf.
     pub unbalanced_max: f64,
@@ -32,7 +34,9 @@ pub struct RveTotals {
     pub modulus_max: f64,
     /// Void ratio of all together, and contacts of a grain with and without such grains as have none or one: means by the solid that points stand for.
     pub void_ratio: f64,
+    /// All grains counted; 0 of an RVE without contacts.
     pub coordination: f64,
+    /// As Thornton (2000) has it, without grains that have none or one.
     pub mechanical_coordination: f64,
 }
 

@@ -20,6 +20,7 @@ use crate::base::error::Error;
 /// Wishes, the weaker first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
+    /// To go on.
     #[default]
     None,
     /// A checkpoint, and on.
@@ -34,6 +35,7 @@ impl Wish {
         f64::from(self as u8)
     }
 
+    /// Back from [`Self::number`]; of any other number [`Wish::None`].
     pub fn of_number(number: f64) -> Self {
         [Wish::None, Wish::Save, Wish::Stop].into_iter().find(|wish| wish.number() == number).unwrap_or_default()
     }
@@ -92,6 +94,7 @@ pub fn end_by(deadline: Instant) {
 /// Time kept for the end of what must not go on for longer, at least; and what a row takes to be saved, several times what was
 /// measured.
 pub const RESERVE_LEAST: Duration = Duration::from_secs(1);
+/// Of a grain or a point.
 pub const ROW_SAVED: Duration = Duration::from_micros(10);
 
 /// The last checkpoint takes so long, as far as is known.

@@ -9,13 +9,17 @@ use crate::domain::layout::{Deal, Layout, NodeRows};
 
 /// Blocks, rows and copies of a rank.
 pub struct Subdomain {
+    /// Of the whole domain; the same on every rank.
     pub layout: Layout,
+    /// Which rank holds which blocks.
     pub deal: Deal,
     /// Rows of the blocks held here.
     pub grain_ranges: Vec<Range<usize>>,
+    /// The same of points.
     pub point_ranges: Vec<Range<usize>>,
     /// Grains that share nodes with points or membranes, by the blocks held here.
     pub participants: Participants,
+    /// Empty where there is no grid.
     pub nodes: NodeRows,
     /// Copies of other ranks' grains.
     pub ghosts: Halo,
@@ -61,6 +65,7 @@ impl Participants {
         &self.rows[self.begins[block]..self.begins[block + 1]]
     }
 
+    /// How many there are, with those that have no such grains.
     pub fn blocks(&self) -> usize {
         self.begins.len().saturating_sub(1)
     }

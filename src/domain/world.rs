@@ -36,12 +36,15 @@ use crate::rve::{GrainMaterial, PointRve, Scratches};
 /// Constants of a world that no step changes, but for `grain_steps`, which are one until points come to grains alone.
 #[derive(Clone, Debug)]
 pub struct Settings<S: Space> {
+    /// Time step, skin, law of contacts, and what moves grains beside these.
     pub grains: Constants<S>,
     /// Steps of grains in one of the continuum, m. Of grains alone those between two looks at lists, and at what bodies bear.
     pub grain_steps: u64,
+    /// How nodes work, and what holds them at the faces of the domain.
     pub grid: Grid,
     /// Loads that points bear by their number.
     pub loads: Vec<Load<S>>,
+    /// The law of points; [`no_material`] where there is none.
     pub material: SharedMaterial<S>,
     /// Where the material is grains at every point: how they follow it.
     pub rves: Option<GrainMaterial<S>>,
@@ -72,7 +75,9 @@ impl<S: Space> Settings<S> {
 
 /// The world as this rank holds it.
 pub struct World<'t, S: Space> {
+    /// To the other ranks.
     pub transport: &'t dyn Transport,
+    /// The same on every rank.
     pub settings: Settings<S>,
     /// Steps done.
     pub step: u64,
@@ -80,6 +85,7 @@ pub struct World<'t, S: Space> {
     pub(crate) step_of_cycle: u64,
     /// Those of this rank, and copies of others that these touch.
     pub assembly: Assembly<S>,
+    /// Points of this rank, and all membranes.
     pub continuum: Continuum<S>,
     /// Those of points, row by row, and their nodes; none where nodes are those of a grid.
     pub elements: Elements<S>,
@@ -90,19 +96,25 @@ pub struct World<'t, S: Space> {
     /// What RVEs have come through since it was last taken: on rank 0, and empty on others that know of it.
     pub(crate) rve_events: Option<Vec<RveEvent>>,
     pub(crate) neighbourhood: Neighbourhood<S>,
+    /// All of them, the same on every rank.
     pub bodies: Vec<Body<S>>,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
+    /// Blocks and rows of this rank, and what it tells its neighbours.
     pub subdomain: Subdomain,
     /// Grains and points in the whole world; whatever changes them on purpose says so here, everything else is a loss.
     pub grains_total: u64,
+    /// Of elements, one each.
     pub points_total: u64,
     /// What this rank has been asked for, and the strongest wish of any rank: all learn it after the same step.
     pub wish: Wish,
+    /// As of the last cycle.
     pub wish_agreed: Wish,
+    /// Since this world was made; no state.
     pub rebuilds: u64,
     /// Who holds which block as the work moves.
     pub load_balance: LoadBalance,
+    /// Wall time of this rank, s.
     pub phases: Phases,
     /// Where the work goes, if that is to be known.
     pub(crate) ledger: Option<Box<EnergyLedger<S>>>,

@@ -33,9 +33,11 @@ use crate::store::checkpoint::which;
 /// Which frames are wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Moment {
+    /// The last frame of the run.
     Last,
     /// That of a time, s.
     At(f64),
+    /// Every frame, in the order of time.
     All,
 }
 

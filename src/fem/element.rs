@@ -120,6 +120,7 @@ pub fn matrix_of<S: Space, R: Real>(tensor: &S::TensorOf<R>) -> Matrix<R> {
     found
 }
 
+/// The reverse of [`matrix_of`].
 #[inline(always)]
 pub fn tensor_of<S: Space, R: Real>(matrix: &Matrix<R>) -> S::TensorOf<R> {
     let mut found = S::TensorOf::<R>::zero();

@@ -27,6 +27,7 @@ const ELEMENTS_PER_TASK: usize = LANES * OCTETS_PER_TASK;
 /// The rows of the nodes of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElementRow {
+    /// By corner; in the plane the first four count.
     pub nodes: [u32; CORNERS_MAX],
 }
 
@@ -95,24 +96,33 @@ impl<P: Pack> Shape<P> for Shapes {
 /// A side of an element of the mesh that bears a load of the job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadedSide {
+    /// Its number in the mesh.
     pub element: u32,
+    /// Which of its sides.
     pub side: Side,
+    /// Number of the load in the job.
     pub load: usize,
 }
 
 /// The same of an element here, by its row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loaded<S: Space> {
+    /// Of the element among the points of this rank.
     pub row: u32,
+    /// Which of its sides.
     pub side: Side,
+    /// Number of the load in the job.
     pub load: usize,
+    /// Of all corners of the element.
     pub places: Places<S>,
 }
 
 /// What a load puts on a node, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push<S: Space> {
+    /// Its row.
     pub node: u32,
+    /// N.
     pub force: S::Vector,
 }
 
@@ -120,7 +130,12 @@ pub struct Push<S: Space> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Holder {
     /// The domain, where it ends.
-    Face { axis: usize, upper: bool },
+    Face {
+        /// That it is across, 0 to 2.
+        axis: usize,
+        /// Whether it is the one at the larger coordinate.
+        upper: bool,
+    },
     /// A rigid body, by its number.
     Body(usize),
 }
@@ -128,7 +143,9 @@ pub enum Holder {
 /// What it took from a node to hold it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held<S: Space> {
+    /// Its row.
     pub node: u32,
+    /// A face of the domain or a body.
     pub by: Holder,
     /// On the material, N s.
     pub impulse: S::Vector,
@@ -139,7 +156,9 @@ pub struct Held<S: Space> {
 /// Elements in the order of points, and the nodes that they have.
 #[derive(Clone, Debug)]
 pub struct Elements<S: Space> {
+    /// By element the nodes at its corners.
     pub rows: Vec<ElementRow>,
+    /// The same elements by eights.
     pub octets: Vec<Octet>,
     /// Octets whose elements are alike, as those of a box are, have one of them together.
     pub shapes: Vec<Shapes>,
@@ -151,19 +170,26 @@ pub struct Elements<S: Space> {
     pub sides: Vec<u64>,
     /// Which of them this rank answers for where each is to be counted once.
     pub owned: Vec<bool>,
+    /// Sides of these elements that bear loads, in the order of elements, sides and loads.
     pub loaded: Vec<Loaded<S>>,
     /// Forces on corners, N: of each element here the first of its [`CORNERS_MAX`] places, and behind them those of other ranks' elements.
     pub corner_forces: Vec<S::Vector>,
     /// Which of these are at each node, in the order of elements: from one of the firsts to the next.
     pub firsts: Vec<u32>,
+    /// Node after node, as indices into `corner_forces`.
     pub terms: Vec<u32>,
     /// Of the step, not of the state: forces on nodes, N; velocities before, m/s; what damping took, N s; what loads put on nodes, and what holds those that this rank
     /// answers for; and `sum Q q/2` of elements, J.
     pub forces: Vec<S::Vector>,
+    /// By node, before the step's forces, m/s.
     pub before: Vec<S::Vector>,
+    /// By node, what damping took in the step, N s.
     pub damped: Vec<S::Vector>,
+    /// What loads put on nodes, by side and corner: of a node there may be several.
     pub pushes: Vec<Push<S>>,
+    /// What it took to hold nodes that this rank answers for.
     pub held: Vec<Held<S>>,
+    /// `sum Q q/2` by element, J.
     pub hourglass: Vec<f64>,
     /// Whether forces on corners and hourglass energies are those of the places and stresses of now. Whoever changes these between a drift and the next fill says
     /// here that they are not.

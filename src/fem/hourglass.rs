@@ -49,6 +49,7 @@ pub const fn modes<S: Space>() -> usize {
 pub struct Hourglass {
     /// G and M of the material, Pa.
     pub shear_modulus: f64,
+    /// M, Pa.
     pub p_wave_modulus: f64,
     /// Share of that stiffness.
     pub coefficient: f64,
@@ -69,6 +70,7 @@ pub struct Modes {
 
 /// The same of one, or of several in step.
 pub trait Shape<R>: Gradients<R> {
+    /// [`Modes::gammas`], mode and corner.
     fn gamma(&self, mode: usize, corner: usize) -> R;
     /// R0, row and column.
     fn frame(&self, row: usize, column: usize) -> R;
@@ -155,6 +157,7 @@ fn deviator_square<S: Space, R: Real>(tensor: &Matrix<R>) -> R {
 }
 
 impl Modes {
+    /// From an element and the places of its corners at the start, m; `depth` (m) is the edge across the plane.
     pub fn of<S: Space>(element: &Element, places: &[S::Vector; CORNERS_MAX], depth: f64) -> Self {
         let count = corners::<S>();
         let mut gammas = [[0.0; CORNERS_MAX]; MODES_MAX];

@@ -18,6 +18,7 @@ pub struct Mesh<S: Space> {
     pub node_of: Vec<NodeId>,
     /// Elements in the order of the points that they have, and these.
     pub elements: Vec<Corners>,
+    /// By element the material point that it has, ascending.
     pub points: Vec<PointId>,
     /// Elements at each vertex that is a node, with the corner that it is of them: from one of these to the next.
     firsts: Vec<u32>,
@@ -35,6 +36,7 @@ pub struct Lattice {
     pub edges: [f64; 3],
     /// One beyond the axes.
     pub cells: [usize; 3],
+    /// By axis, whether the last vertices are the nodes of the first.
     pub periodic: [bool; 3],
 }
 
@@ -71,6 +73,7 @@ impl<S: Space> Mesh<S> {
         Self { alike: Some(lattice.edges), ..Self::new(vertices, node_of, elements, points) }
     }
 
+    /// Of vertices (m) and the node of each, elements and the point of each. Panics where points do not ascend.
     pub fn new(vertices: Vec<S::Vector>, node_of: Vec<NodeId>, elements: Vec<Corners>, points: Vec<PointId>) -> Self {
         assert!(points.is_sorted(), "elements are in the order of their points");
         let mut counts = vec![0u32; vertices.len() + 1];
@@ -94,6 +97,7 @@ impl<S: Space> Mesh<S> {
         Self { vertices, node_of, elements, points, firsts, at_nodes, alike: None }
     }
 
+    /// The node at a corner of an element.
     pub fn node(&self, element: usize, corner: usize) -> NodeId {
         self.node_of[self.elements[element][corner] as usize]
     }

@@ -7,6 +7,7 @@ use crate::base::space::{Linear, Space};
 /// Where a node has come, and how fast it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node<S: Space> {
+    /// Its vertex in the mesh, one of several across a period.
     pub id: NodeId,
     /// From its place at the start, m.
     pub displacement: S::Vector,

@@ -9,7 +9,9 @@ pub const FACE_CORNERS: [usize; 2] = [2, 4];
 /// A side of an element, by the natural axis that it is across.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Side {
+    /// 0 to 2.
     pub axis: u8,
+    /// Whether it is at +1 of that axis; else at -1.
     pub upper: bool,
 }
 
@@ -20,10 +22,12 @@ const OF_HEXAHEDRON: [[usize; 4]; 6] =
     [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]];
 
 impl Side {
+    /// All of an element of so many axes: by axis, the lower side first.
     pub fn all(axes: usize) -> impl Iterator<Item = Self> {
         (0..axes as u8).flat_map(|axis| [false, true].map(|upper| Self { axis, upper }))
     }
 
+    /// Two corners of the element in the plane, four in space, in the order in which the area vector points out.
     pub fn corners<S: Space>(self) -> &'static [usize] {
         let number = 2 * usize::from(self.axis) + usize::from(self.upper);
         match S::DIMENSION {

@@ -27,18 +27,25 @@ pub struct Assembly {
     pub name: String,
     /// Seed of every random number of the job.
     pub seed: u64,
+    /// Where grains are.
     pub cell: Cell,
+    /// Density and mean diameter of the grains.
     pub matter: Matter,
+    /// A file, or a packing that is made.
     pub source: Source,
+    /// Of grains with each other and with bodies.
     pub contact: Contact,
+    /// Beside that of contacts.
     pub damping: Damping,
     /// m/s2.
     pub gravity: [f64; 3],
+    /// In the order of the job, each with a name of its own.
     pub bodies: Vec<Body>,
     /// Time step, s.
     pub step: f64,
     /// Simulated time at which the run ends, s.
     pub end: f64,
+    /// What time those of the start belong to.
     pub velocities: Velocities,
     /// The step may be longer than the stable one: a run known to be unstable is repeated on purpose.
     pub allow_unstable: bool,
@@ -46,6 +53,7 @@ pub struct Assembly {
     pub skin: f64,
     /// Edge that blocks aim at, m; they fill the cell exactly.
     pub block: f64,
+    /// What is written and when.
     pub output: Output,
     /// An account of work and energy is kept, in columns of its own.
     pub ledger: bool,
@@ -177,6 +185,7 @@ pub struct Cell {
     pub dimension: usize,
     /// Corners of one copy of the packing, m.
     pub lower: [f64; 3],
+    /// m.
     pub upper: [f64; 3],
     /// Copies of the packing side by side along each axis, 1 beyond the cell's axes; none: the packing itself fills the cell.
     pub copies: Option<[u64; 3]>,
@@ -279,6 +288,7 @@ pub struct CellServo {
 impl CellServo {
     /// Defaults: the cell answers within two steps, less than the period of a grain among its neighbours.
     pub const GAIN: f64 = 1.0;
+    /// Steps between two corrections.
     pub const INTERVAL: u64 = 2;
 
     fn keys(servo: &mut Option<Self>, form: &mut dyn Form) {
@@ -328,6 +338,7 @@ pub struct Matter {
 /// Where the grains come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
+    /// Read from files of the job.
     File(Read),
     /// Made by the program and kept in the cache.
     Packed(Packed),
@@ -401,8 +412,11 @@ impl Source {
 /// How grains are made: inserted loosely into the cell, then equilibrated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
+    /// What diameters are drawn from.
     pub sizes: Sizes,
+    /// Grains; in a cell with copies those of one.
     pub count: u64,
+    /// How they come to bear on each other.
     pub preparation: Preparation,
     /// Friction coefficient while the packing is made.
     pub friction: f64,
@@ -410,6 +424,7 @@ pub struct Packed {
     pub fraction_start: f64,
     /// At rest when kinetic energy is below this share of elastic energy.
     pub energy_ratio_max: f64,
+    /// Folder of finished packings.
     pub cache: PathBuf,
 }
 
@@ -447,12 +462,20 @@ impl Packed {
     }
 }
 
+/// What turns loose grains into a packing: "compress" or "pour".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Preparation {
     /// A cell periodic along every axis is compressed to this mean stress, Pa (compression positive). Frictionless and
     /// hot first where `fraction` asks for more than compression alone reaches. At rest it is let come to the lower stress
     /// `unloaded`, if there is one, Pa.
-    Compress { stress: f64, fraction: Option<f64>, unloaded: Option<f64> },
+    Compress {
+        /// Pa, compression positive.
+        stress: f64,
+        /// Solid volume fraction; none: what compression alone comes to.
+        fraction: Option<f64>,
+        /// Pa, compression positive, less than `stress`; none: it stays under that.
+        unloaded: Option<f64>,
+    },
     /// Grains fall under the job's gravity onto its bodies.
     Pour,
 }
@@ -483,11 +506,16 @@ impl Preparation {
 pub enum Sizes {
     /// Normal, cut at three deviations.
     Normal {
+        /// m.
         mean: f64,
+        /// Standard deviation, before the cut, m.
         deviation: f64,
     },
+    /// All diameters between two are as likely, by number.
     Uniform {
+        /// m.
         min: f64,
+        /// m; no less than `min`.
         max: f64,
     },
     /// Diameters with their shares of the number of grains, which add up to 1.
@@ -495,6 +523,7 @@ pub enum Sizes {
 }
 
 impl Sizes {
+    /// Those of `[grains]` that tell diameters.
     pub fn keys(&mut self, form: &mut dyn Form) {
         let kinds = [
             ("normal", Self::Normal { mean: 0.0, deviation: 0.0 }),
@@ -537,8 +566,11 @@ pub enum Velocities {
 /// A rigid body among the grains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
+    /// Its columns in the series begin with it.
     pub name: String,
+    /// Form and place at the start.
     pub shape: Shape,
+    /// Path, sine and servo.
     pub motion: Motion,
 }
 
@@ -567,16 +599,39 @@ impl Body {
     }
 }
 
+/// Form and place of a body at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// Half space below a plane: through `point`, with the unit `normal` towards the grains.
-    Plane { point: [f64; 3], normal: [f64; 3] },
+    Plane {
+        /// Any of the plane, m.
+        point: [f64; 3],
+        /// Outward, of length 1.
+        normal: [f64; 3],
+    },
     /// A solid box with edges along the axes.
-    Box { lower: [f64; 3], upper: [f64; 3] },
+    Box {
+        /// m.
+        lower: [f64; 3],
+        /// m.
+        upper: [f64; 3],
+    },
     /// A solid disc, or in three dimensions a cylinder without end along `axis`.
-    Cylinder { centre: [f64; 3], radius: f64, axis: [f64; 3] },
+    Cylinder {
+        /// Of the disc, or any point of the axis, m.
+        centre: [f64; 3],
+        /// m.
+        radius: f64,
+        /// Of length 1; z in the plane.
+        axis: [f64; 3],
+    },
     /// The grains of the start whose centres lie in this box, glued together: a rough layer.
-    Layer { lower: [f64; 3], upper: [f64; 3] },
+    Layer {
+        /// m.
+        lower: [f64; 3],
+        /// m.
+        upper: [f64; 3],
+    },
 }
 
 impl Shape {

@@ -189,7 +189,9 @@ pub fn specimen_mass(scenario: &Scenario) -> f64 {
 /// Bulk and shear modulus of a packing, Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moduli {
+    /// K, Pa.
     pub bulk: f64,
+    /// G, Pa.
     pub shear: f64,
 }
 

@@ -265,6 +265,7 @@ pub fn springs_mean(assembly: &Assembly) -> Springs {
 pub struct Diameters {
     /// Of the lightest grain that lies among mean ones.
     pub smallest: f64,
+    /// Of all grains.
     pub mean: f64,
     /// Those of so many grains that they can gather: each is asked for among its like.
     pub classes: Vec<f64>,

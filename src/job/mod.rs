@@ -79,10 +79,12 @@ impl Method {
         }
     }
 
+    /// Whether grains are simulated among bodies, at some time at least; those of RVEs do not count.
     pub fn has_grains(self) -> bool {
         matches!(self, Self::Hybrid | Self::Dem)
     }
 
+    /// Whether there is a continuum, of points or of elements.
     pub fn has_points(self) -> bool {
         !matches!(self, Self::Dem)
     }

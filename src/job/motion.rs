@@ -14,6 +14,7 @@ pub struct Motion {
     pub path: Vec<PathPoint>,
     /// Added to it.
     pub oscillation: Option<Oscillation>,
+    /// Sets the speed along its direction, which the path leaves to it; none: no stress control.
     pub servo: Option<BodyServo>,
 }
 
@@ -82,10 +83,14 @@ impl Oscillation {
     }
 }
 
+/// Velocity and spin of a body at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
+    /// Simulated time, s.
     pub time: f64,
+    /// m/s.
     pub velocity: [f64; 3],
+    /// rad/s; in the plane about z alone.
     pub spin: [f64; 3],
 }
 
@@ -115,9 +120,11 @@ pub struct BodyServo {
     pub direction: [f64; 3],
     /// Force of the grains along `direction` that is to be kept, N.
     pub force: f64,
-    /// kg, N s/m, m/s.
+    /// kg.
     pub mass: f64,
+    /// N s/m.
     pub damping: f64,
+    /// Of the speed along `direction`, either way, m/s.
     pub speed_max: f64,
 }
 

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::base::keys::{Form, POSITIVE, TIME, count, flag, number, size};
 
+/// What a run writes, and how often.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
     /// Simulated time between rows of `series.csv`, s.

@@ -39,6 +39,7 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// As they are declared.
     pub const ALL: [Self; 3] = [Self::Shear, Self::Assembly, Self::Mpm];
 
     /// The job's top level, then its tables in the order they are written in.
@@ -93,10 +94,12 @@ impl Kind {
         self.table_if_known(name).unwrap_or_else(|| panic!("the schema has no table {name}"))
     }
 
+    /// None where this kind has no table of that name.
     pub fn table_if_known(self, name: &str) -> Option<&'static Table> {
         self.tables().iter().find(|table| table.name == name)
     }
 
+    /// Keys above the first table.
     pub fn top(self) -> &'static Table {
         self.table("")
     }

@@ -26,26 +26,40 @@ use crate::mpm::scheme::Scheme;
 pub struct Scenario {
     /// Job name; the default run directory is `runs/<name>`.
     pub name: String,
+    /// Hybrid, grains alone or points alone.
     pub method: Method,
     /// Seed of every random number of the job.
     pub seed: u64,
+    /// Box between the plates.
     pub specimen: Specimen,
+    /// Sizes and density, or the file that they are read from.
     pub grains: Grains,
+    /// Law between grains.
     pub contact: Contact,
+    /// How the grains of the start are packed.
     pub packing: Packing,
     /// Of the continuum; its density is that of the grains at the solid volume fraction of the start, as far as that is known before
     /// the packing is made. The law has none of its own where the packing tells it.
     pub material: Material,
+    /// Shape functions, stress update and transfer of points.
     pub scheme: Scheme,
+    /// Grid, contact with plates, and the fractions that points begin with.
     pub continuum: Continuum,
+    /// What the upper plate does.
     pub loading: Loading,
+    /// How a shear band is detected.
     pub oracle: Oracle,
+    /// Penalty springs of grains that share nodes with points.
     pub coupling: Coupling,
+    /// How grains take the place of points around a band.
     pub enrichment: Enrichment,
     /// What the continuum's strain is averaged by, if it is.
     pub nonlocal: Option<Nonlocal>,
+    /// Steps of grains and of the continuum.
     pub time: Time,
+    /// Edge of blocks and reach of neighbour lists.
     pub decomposition: Decomposition,
+    /// What is written and when.
     pub output: Output,
     /// An account of work and energy of the grains is kept, in columns of its own.
     pub ledger: bool,
@@ -273,6 +287,7 @@ pub struct Packing {
 }
 
 impl Packing {
+    /// The keys of `[packing]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
         let (friction, start) = ("friction while the packing is made", "the solid volume fraction of the loose start");
         form.number(
@@ -391,6 +406,7 @@ pub struct Loading {
 }
 
 impl Loading {
+    /// The keys of `[loading]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
         let stress = "the normal stress on the upper plate";
         form.number(&mut self.stress_normal, number("stress_normal", stress, STRESS, POSITIVE, "\"400 kPa\""));
@@ -418,6 +434,7 @@ impl Loading {
     }
 }
 
+/// The time step, and how many of grains make one of the continuum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Time {
     /// Time step of grains, s.

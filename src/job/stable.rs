@@ -28,6 +28,7 @@ use crate::law::contact::{Contact, FLAT, Springs, Stiffening};
 /// One reason why a time step cannot be longer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
+    /// What moves or decays too fast, in a few words for a person.
     pub cause: &'static str,
     /// How it is computed.
     pub formula: &'static str,

@@ -80,12 +80,15 @@ const TOUCHED: usize = 3;
 const VOLUME: usize = 4;
 const LOAD: usize = 5;
 
+/// What points near askew faces bring to a node: G (m2), T, Vol (m3), and of S the lower triangle, row by row (N m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outline(pub [f64; LOAD + 6]);
 
 impl Outline {
+    /// Of a node that no point near an askew face reaches.
     pub const ZERO: Self = Self([0.0; LOAD + 6]);
 
+    /// What another tile brings to the same node.
     pub fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(&other.0).for_each(|(word, more)| *word += more);
     }
@@ -124,6 +127,7 @@ pub struct Reached<S: Space> {
     pub number: usize,
     /// Beside the body, m.
     pub place: S::Vector,
+    /// n_i, unit, from the body into the material.
     pub normal: S::Vector,
     /// w, as T is; and the exact one.
     area: f64,
@@ -293,16 +297,19 @@ pub fn nearest<S: Space>(lattice: &Lattice, body: &Body<S>, place: S::Vector) ->
 pub struct AskewRows<S: Space> {
     /// By tile row, and of owned nodes.
     pub brought: Vec<Outline>,
+    /// Of owned nodes, over all tiles.
     pub sums: Vec<Outline>,
     /// Nodes that points near such faces reach, with their places; room that is kept.
     owned: Vec<(usize, [i32; 3], S::Vector)>,
     /// Nodes in reach, body by body in the order of [`FaceSet::askew`], and which those of each are; in the order of their numbers.
     pub reached: Vec<Reached<S>>,
+    /// By body, rows of [`Self::reached`].
     pub ranges: Vec<Range<usize>>,
     /// By line of the grid whether any rank has nodes of it in reach, and then the number of its column.
     pub lines: Vec<i64>,
     /// Columns of all bodies, and which those of each are.
     pub columns: Vec<Column>,
+    /// By body, rows of [`Self::columns`].
     pub column_ranges: Vec<Range<usize>>,
     /// Mass of the heaviest node in reach of any body, kg; the same on every rank.
     pub heaviest: f64,

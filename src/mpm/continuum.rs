@@ -8,7 +8,9 @@ use crate::mpm::tile::Tiles;
 
 /// A continuum of points.
 pub struct Continuum<S: Space> {
+    /// Of this rank.
     pub points: Points<S>,
+    /// Nodes of this rank's blocks with their margins.
     pub tiles: Tiles<S>,
     /// Where each tile is.
     pub frames: Vec<TileFrame<S>>,

@@ -25,6 +25,7 @@ pub struct Met<S: Space> {
 }
 
 impl<S: Space> Met<S> {
+    /// As it is before any face acts: m/s, kg, and s that forces have acted for.
     pub fn untouched(velocities: [S::Vector; 2], mass: f64, dt: f64) -> Self {
         Self { velocities, mass, dt, by: [false; 2], impulses: [S::Vector::zero(); SIDES] }
     }
@@ -56,6 +57,7 @@ impl Acting {
 /// A column of a face ([`FaceSet::column`]).
 #[derive(Clone, Debug)]
 pub struct Column {
+    /// Of the face: 2 axis, and one more where it is the upper of the axis.
     pub side: usize,
     /// Its face, by number.
     pub face: usize,
@@ -66,6 +68,7 @@ pub struct Column {
 /// Empty where no body meets points.
 #[derive(Clone, Debug)]
 pub struct FaceRows<S: Space> {
+    /// None until faces have been placed.
     pub set: Option<FaceSet>,
     /// Sides that material is in front of, in the order in which they act; the same on every rank.
     pub sides: Vec<usize>,
@@ -79,15 +82,19 @@ pub struct FaceRows<S: Space> {
     copies: Vec<(u32, u32)>,
     /// Columns whose anchors this rank owns, of all sides that material is in front of; the nodes of all of them with their tile rows.
     pub in_line: Vec<Column>,
+    /// Column behind column, with the tile row of each node.
     pub links: Vec<(Link<S>, usize)>,
     /// By tile row, and of owned nodes.
     pub brought: Vec<Brought>,
+    /// Of owned nodes, over all tiles.
     pub sums: Vec<Brought>,
     /// By tile row.
     pub columns: Vec<ColumnNode<S>>,
+    /// By tile row: what the columns of the side under way give, N s.
     pub impulses: Vec<Impulses<S>>,
     /// Of owned nodes.
     pub met: Vec<Met<S>>,
+    /// Of faces that are round or askew to the grid.
     pub askew: AskewRows<S>,
 }
 
@@ -113,6 +120,7 @@ impl<S: Space> Default for FaceRows<S> {
 }
 
 impl<S: Space> FaceRows<S> {
+    /// Rows of zeros for these tiles; no face is placed yet.
     pub fn lay(mosaic: &Mosaic) -> Self {
         let (gathered, spread) = (mosaic.rows() + mosaic.rows_received, mosaic.rows() + mosaic.rows_spread);
         Self {

@@ -49,6 +49,7 @@ const BESIDE: i32 = 2;
 /// Lengths in cells: what counts as touching, what is beside a face beyond the reach of functions, and what the guard keeps clear and moves
 /// in a step.
 pub const TOUCH: f64 = 0.02;
+/// How far beyond the reach of functions a face acts on nodes, in cells.
 pub const BEYOND: f64 = 0.05;
 const CLEAR: f64 = 0.06;
 const GUARD_SHARE: f64 = 0.1;
@@ -71,12 +72,17 @@ const SPANS: f64 = 1e-6;
 pub struct Lattice {
     /// Place of the first node, m, and the edge of a cell, m.
     pub corner: [f64; 3],
+    /// Edge of a cell, m.
     pub cell: f64,
+    /// 2 or 3.
     pub dimension: usize,
+    /// Per axis; one along an axis that is not there.
     pub cells: [i32; 3],
+    /// By axis; such an axis has no walls.
     pub periodic: [bool; 3],
     /// Where walls end the domain, along axes that are not periodic.
     pub extent: [[f64; 2]; 3],
+    /// Of points; functions of the nodes reach as far as it says.
     pub shape: ShapeFunction,
     /// Half of a point's edge at the start.
     pub point_half: f64,
@@ -139,7 +145,9 @@ struct Solid {
 /// A face: of which body, on which side (2 axis, and one more where it is the upper of the axis), and where across that axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {
+    /// Its number among those of the world.
     pub body: usize,
+    /// 0 to 2 d - 1 in d dimensions; odd where the normal is along the axis, even where it is against it.
     pub side: usize,
     at: f64,
     bounds: [[f64; 2]; 3],
@@ -158,6 +166,7 @@ impl Face {
         Self { body: solid.body, side, at, bounds: solid.bounds, lines }
     }
 
+    /// The axis along its normal.
     pub fn axis(&self) -> usize {
         self.side / 2
     }
@@ -178,8 +187,10 @@ fn sign(side: usize) -> f64 {
 /// All faces at which bodies meet points now.
 #[derive(Clone, Debug)]
 pub struct FaceSet {
+    /// Of the domain's nodes.
     pub lattice: Lattice,
     solids: Vec<Solid>,
+    /// In line with the grid, body by body.
     pub faces: Vec<Face>,
     /// Bodies whose faces are round or askew to the grid ([`crate::mpm::askew`]).
     pub askew: Vec<usize>,
@@ -190,20 +201,25 @@ pub struct FaceSet {
 pub struct Brought(pub [f64; 2 * SIDES]);
 
 impl Brought {
+    /// Of a node that no point in front of a face reaches.
     pub const ZERO: Self = Self([0.0; 2 * SIDES]);
 
+    /// w, m2.
     pub fn area(&self, side: usize) -> f64 {
         self.0[side]
     }
 
+    /// T: above zero where points touch the face.
     pub fn touch(&self, side: usize) -> f64 {
         self.0[SIDES + side]
     }
 
+    /// Whether there is an area on any side.
     pub fn has_area(&self) -> bool {
         self.0[..SIDES].iter().any(|area| *area != 0.0)
     }
 
+    /// What another tile brings to the same node.
     pub fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(&other.0).for_each(|(word, more)| *word += more);
     }
@@ -212,15 +228,18 @@ impl Brought {
 /// A node of a column as it is before the face acts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColumnNode<S: Space> {
+    /// m_i, kg: of all that moves with the node.
     pub mass: f64,
     /// w and T of the side under way.
     pub area: f64,
+    /// T of that side.
     pub touch: f64,
     /// The velocity that is to be held, and that by which parting is judged, m/s; the same in a step.
     pub velocities: [S::Vector; 2],
 }
 
 impl<S: Space> ColumnNode<S> {
+    /// A node without mass, on which no face acts.
     pub fn zero() -> Self {
         Self { mass: 0.0, area: 0.0, touch: 0.0, velocities: [S::Vector::zero(); 2] }
     }
@@ -229,7 +248,9 @@ impl<S: Space> ColumnNode<S> {
 /// One of its nodes by its steps from the anchor along each axis, and its place beside the body.
 #[derive(Clone, Copy, Debug)]
 pub struct Link<S: Space> {
+    /// In nodes; zero along an axis that is not there.
     pub steps: [i32; 3],
+    /// m; an image where the body is across a period.
     pub place: S::Vector,
 }
 

@@ -42,10 +42,15 @@ impl Taken {
 /// How points take it.
 #[derive(Clone, Copy, Debug)]
 pub struct Taking {
+    /// Of the points.
     pub shape: ShapeFunction,
+    /// How velocities come back.
     pub transfer: Transfer,
+    /// Which part of it, in this pass over the nodes.
     pub taken: Taken,
+    /// Step of the continuum, s.
     pub dt: f64,
+    /// What the processor has for eight points in step.
     pub instructions: Instructions,
 }
 
@@ -67,10 +72,15 @@ pub fn gather_points<S: Space, L: MaterialLaw<S>>(law: &L, taking: Taking, block
 /// A block's points and the tile that they lie on; `beside` stands empty where the scheme needs nothing of it, and `volumetric` where
 /// volume strain is not averaged.
 pub struct Block<'a, S: Space> {
+    /// Where the tile's nodes are.
     pub frame: &'a TileFrame<S>,
+    /// Nodes after their step, margins filled.
     pub tile: &'a [Advanced<S>],
+    /// In the order of rows; changed in place.
     pub points: &'a mut [Hot<S>],
+    /// One for every point, or none: affine fields, and ways that are kept.
     pub beside: &'a mut [Beside<S>],
+    /// One for every point, or none.
     pub volumetric: &'a mut [Volumetric],
 }
 

@@ -29,6 +29,7 @@ pub fn loads_in(word: u64) -> impl Iterator<Item = usize> {
 pub struct Load<S: Space> {
     /// Area of a point's side at the start, along the normal out of the material, m2.
     pub area: S::Vector,
+    /// What it comes to once the ramp is over.
     pub kind: Kind<S>,
     /// It rises linearly from zero over this time, s.
     pub ramp: f64,
@@ -36,6 +37,7 @@ pub struct Load<S: Space> {
     pub on_surface: bool,
 }
 
+/// What a load is per area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind<S: Space> {
     /// Force per area of the start, Pa.

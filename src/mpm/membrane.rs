@@ -22,9 +22,11 @@ use crate::base::space::{Linear, Space};
 /// A chain and what it is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Membrane {
+    /// As the job names it.
     pub name: String,
     /// Its vertices among those of all membranes.
     pub first: usize,
+    /// Vertices, both ends of an open chain among them.
     pub count: usize,
     /// The last vertex is joined to the first.
     pub closed: bool,
@@ -34,9 +36,11 @@ pub struct Membrane {
     pub rest: f64,
     /// k of a segment, N/m, and gamma, N s/m.
     pub stiffness: f64,
+    /// gamma of a segment, N s/m.
     pub damping: f64,
     /// Pa, and the time over which it rises from zero, s.
     pub pressure: f64,
+    /// s; with 0 the pressure is there from the start.
     pub ramp: f64,
     /// m.
     pub depth: f64,
@@ -68,6 +72,7 @@ pub struct Brought<S: Space> {
     pub along: S::Vector,
     /// The block that it lies in, its place there with periods taken off, m.
     pub block: usize,
+    /// m, wrapped into the period.
     pub place: S::Vector,
     /// Way of the step, m.
     pub way: S::Vector,
@@ -76,8 +81,11 @@ pub struct Brought<S: Space> {
 /// The membranes of a world, the same on every rank.
 #[derive(Clone, Debug)]
 pub struct Membranes<S: Space> {
+    /// By number, as [`Vertex::membrane`] has it.
     pub made_of: Vec<Membrane>,
+    /// Membrane by membrane, along each chain.
     pub vertices: Vec<Vertex<S>>,
+    /// By vertex.
     pub brought: Vec<Brought<S>>,
     /// Bits of what vertices have taken, one rank's beside zeros of the others'.
     pub(crate) words: Vec<i64>,
@@ -116,6 +124,7 @@ struct Segment<S: Space> {
 }
 
 impl Membrane {
+    /// As many as vertices where it is closed, else one fewer.
     pub fn segments(&self) -> usize {
         if self.closed { self.count } else { self.count - 1 }
     }
@@ -156,6 +165,7 @@ impl<S: Space> Membranes<S> {
         Self { made_of, vertices, brought, words: Vec::new() }
     }
 
+    /// Whether the world has no membranes.
     pub fn is_empty(&self) -> bool {
         self.vertices.is_empty()
     }

@@ -18,6 +18,7 @@ use crate::mpm::tile::{Gathered, GrainChange, GrainNode};
 pub struct Stepped<S: Space> {
     /// Of the continuum, m/s.
     pub velocity: S::Vector,
+    /// What grains there take; zero where there are none.
     pub grains: GrainChange<S>,
 }
 

@@ -27,7 +27,7 @@
 //! ```
 //!
 //! with s_m and e_m the deviators of the stress and of the strain (1 - b_m^-1)/2 of F_m, to each of which that of a strain of 1e-5 is added. It has no memory, no rate and no length,
-//! and is small where fields are smooth. F_m is what an RVE has gone through, or <F> of laws and of RVEs that do not turn. It is made for loading that goes one way: where the stress
+//! and is small where fields are smooth. F_m is what an RVE has gone through, or `<F>` of laws and of RVEs that do not turn. It is made for loading that goes one way: where the stress
 //! comes back through zero at a strain there is no overlay, and a material that is unloaded at a higher secant than it was loaded at gets some of the work back. A deviator of the
 //! start counts in s_m and not in e_m. No strength bounds tau_o: a single point cannot shear by itself.
 //!
@@ -54,6 +54,7 @@ use crate::dem::cell::Cell;
 pub struct Nonlocal {
     /// R, m.
     pub radius: f64,
+    /// The key `places`.
     pub places: Places,
     /// Whether stress is averaged too.
     pub adjoint: bool,
@@ -73,6 +74,7 @@ pub enum Places {
 }
 
 impl Nonlocal {
+    /// Of `[nonlocal]` where a job says nothing else; a radius it must give.
     pub const BLANK: Self = Self { radius: 0.0, places: Places::Reference, adjoint: true, overlay: 0.5, lag: 0 };
 
     /// The keys of `[nonlocal]`.
@@ -129,7 +131,9 @@ const STRAIN_LEAST: f64 = 1e-5;
 /// A point as others see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen<S: Space> {
+    /// Sums are in its order.
     pub id: PointId,
+    /// m, of the start or of now, see [`Places`].
     pub place: S::Vector,
     /// What it stands for of its volume at the start, for which Kirchhoff stress is, m3.
     pub volume: f64,
@@ -189,10 +193,15 @@ impl Weights {
 
 /// Means around points one after the other from `first` on, of numbers that every row has `packs` times eight of.
 pub struct Averaging<'a> {
+    /// Of the points of this rank.
     pub weights: &'a Weights,
+    /// Row of the point whose mean comes first.
     pub first: usize,
+    /// Eights of numbers in a row; the last may be filled in part.
     pub packs: usize,
+    /// Of all points, neighbours of other ranks behind: row r is `rows[r * packs..(r + 1) * packs]`.
     pub rows: &'a [[f64; LANES]],
+    /// Laid in the same way, from `first` on.
     pub means: &'a mut [[f64; LANES]],
 }
 
@@ -225,6 +234,7 @@ pub struct Bins {
 }
 
 impl Bins {
+    /// Of points whose neighbours are to be found within a radius, m.
     pub fn of<S: Space>(radius: f64, seen: &[Seen<S>]) -> Self {
         let edge = radius * (1.0 + 1e-9);
         let mut rows: Vec<([i64; 3], usize)> =

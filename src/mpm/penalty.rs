@@ -40,6 +40,7 @@ pub struct Coupling {
 }
 
 impl Coupling {
+    /// Of `[coupling]` where a job says nothing else: springs as stiff as contacts, damped a little less than critically.
     pub const DEFAULT: Self = Self { stiffness: 1.0, damping: 0.8 };
 
     /// The keys of `[coupling]`.

@@ -49,13 +49,21 @@ numbers!(impl[S: Space] Hot[S] {
 
 /// Where the fields of [`Hot`] begin among its numbers.
 impl<S: Space> Hot<S> {
+    /// m, as many numbers as there are axes.
     pub const POSITION: usize = 0;
+    /// m/s, as many numbers as there are axes.
     pub const VELOCITY: usize = S::DIMENSION;
+    /// kg, one number.
     pub const MASS: usize = 2 * S::DIMENSION;
+    /// m3, one number.
     pub const VOLUME: usize = Self::MASS + 1;
+    /// One number, 0 to 1.
     pub const WEIGHT: usize = Self::MASS + 2;
+    /// Pa, as many numbers as a symmetric tensor has.
     pub const STRESS: usize = Self::MASS + 3;
+    /// All components, column by column.
     pub const DEFORMATION: usize = Self::STRESS + S::Symmetric::COUNT;
+    /// Words of the law's memory, with room for that of any law; plastic work is behind them.
     pub const MEMORY: usize = Self::DEFORMATION + S::Tensor::COMPONENTS;
 }
 
@@ -77,6 +85,7 @@ impl<S: Space> Default for Beside<S> {
 /// The part of a point that is read at rebuilds and for output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cold<S: Space> {
+    /// The same for the whole run.
     pub id: PointId,
     /// Position at the last rebuild, m: the block follows from it.
     pub home: S::Vector,
@@ -106,11 +115,15 @@ impl<S: Space> Default for Past<S> {
 /// A whole material point, as it travels, rests on disk or is handed to a new world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point<S: Space> {
+    /// What every step reads and writes.
     pub hot: Hot<S>,
+    /// What is read at rebuilds and for output.
     pub cold: Cold<S>,
     /// See [`Beside::affine`].
     pub affine: S::Tensor,
+    /// Zero where volume strain is not averaged.
     pub volumetric: Volumetric,
+    /// Blank where no band is looked for.
     pub past: Past<S>,
 }
 
@@ -118,9 +131,13 @@ pub struct Point<S: Space> {
 /// points.
 #[derive(Clone, Debug)]
 pub struct Points<S: Space> {
+    /// By row.
     pub hot: Vec<Hot<S>>,
+    /// By row.
     pub cold: Vec<Cold<S>>,
+    /// By row, whether the scheme needs it or not.
     pub beside: Vec<Beside<S>>,
+    /// By row; zero where volume strain is not averaged.
     pub volumetric: Vec<Volumetric>,
     /// One for every row, or none at all where nothing is remembered: as much memory as the rest.
     pub pasts: Vec<Past<S>>,
@@ -146,10 +163,12 @@ impl<S: Space> Default for Points<S> {
 }
 
 impl<S: Space> Points<S> {
+    /// Rows, that is points of this rank.
     pub fn len(&self) -> usize {
         self.hot.len()
     }
 
+    /// Whether this rank has no points.
     pub fn is_empty(&self) -> bool {
         self.hot.is_empty()
     }
@@ -159,6 +178,7 @@ impl<S: Space> Points<S> {
         (0..self.len()).map(|row| self.row(row))
     }
 
+    /// A whole row; its past is blank where nothing is remembered. Panics beyond the last.
     pub fn row(&self, row: usize) -> Point<S> {
         let past = self.pasts.get(row).copied().unwrap_or_default();
         let (affine, volumetric) = (self.beside[row].affine, self.volumetric[row]);
@@ -248,6 +268,7 @@ impl<S: Space> Point<S> {
 
 /// What the memory of a law is called where nobody knows the law, and what comes after it.
 pub const MEMORY: &str = "memory";
+/// Column of [`Hot::plastic_work`], J/m3.
 pub const PLASTIC_WORK: &str = "plastic_work";
 /// What averaging of volume strain knows of a point.
 pub const VOLUMETRIC: &str = "volumetric";

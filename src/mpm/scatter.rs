@@ -19,12 +19,14 @@ pub struct TileFrame<S: Space> {
     pub corner: S::Vector,
     /// Edge of a cell, m, and its inverse.
     pub cell: f64,
+    /// 1/m.
     pub cell_inverse: f64,
     /// Nodes per axis.
     pub edge: usize,
     /// Where the block itself begins and ends along each axis, or a wall lets nothing through, in cells from the tile's first
     /// node; a point may come farther by [`crate::mpm::shape::DRIFT_MAX`].
     pub inside: [[f64; 2]; 3],
+    /// Walls along each axis, and half of a point's edge.
     pub axes: [Axis; 3],
 }
 
@@ -64,11 +66,14 @@ pub struct Basis {
     /// Functions, their slopes (1/m), and where the field is affine their first moments about the point (m), along each
     /// axis.
     pub values: [[[f64; LANES]; REACH_MAX]; 3],
+    /// dN/dx along each axis, 1/m.
     pub slopes: [[[f64; LANES]; REACH_MAX]; 3],
+    /// N (x_i - x) along each axis, m; set where the field is affine alone.
     pub moments: [[[f64; LANES]; REACH_MAX]; 3],
 }
 
 impl Basis {
+    /// To be filled by [`Self::set`].
     pub const fn zero() -> Self {
         let none = [[[0.0; LANES]; REACH_MAX]; 3];
         Self { first: [0; LANES], values: none, slopes: none, moments: none }
@@ -125,10 +130,12 @@ impl Basis {
     pub fn value<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
         P::splat(self.values[axis][node][lane])
     }
+    /// The same of slopes, 1/m.
     #[inline(always)]
     pub fn slope<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
         P::splat(self.slopes[axis][node][lane])
     }
+    /// The same of first moments, m; set where the field is affine.
     #[inline(always)]
     pub fn moment<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
         P::splat(self.moments[axis][node][lane])
@@ -189,8 +196,11 @@ pub fn scatter_points<S: Space>(
 /// The points of a block. What is beside them stands empty where the scheme needs nothing of it.
 #[derive(Clone, Copy)]
 pub struct Scattered<'a, S: Space> {
+    /// In the order of rows.
     pub points: &'a [Hot<S>],
+    /// Affine fields: one for every point, or none.
     pub beside: &'a [Beside<S>],
+    /// One for every point, or none where volume strain is not averaged.
     pub volumetric: &'a [Volumetric],
 }
 

@@ -5,8 +5,11 @@ use crate::base::keys::{Description, Form, RATIO, Range, Table, choose, count, f
 /// How points and nodes exchange what they carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
+    /// Of points and vertices of membranes; grains have quadratic B-splines whatever it is.
     pub shape: ShapeFunction,
+    /// The key `update`.
     pub update: StressUpdate,
+    /// Of velocities from nodes to points, and to vertices of membranes.
     pub transfer: Transfer,
     /// Points per cell and axis at the start.
     pub points_per_cell: usize,
@@ -14,6 +17,7 @@ pub struct Scheme {
     pub averages_volume: bool,
 }
 
+/// Functions of the nodes: a product of one along each axis ([`crate::mpm::shape`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShapeFunction {
     /// Hats over one cell to each side.
@@ -67,12 +71,16 @@ pub enum StressUpdate {
 pub enum Transfer {
     /// The share `flip` (0 to 1) by increments (FLIP), the rest by values (PIC). Liang & Zhao (2019), eq. 17 to 19, call
     /// 1 - flip alpha_PIC.
-    Blend { flip: f64 },
+    Blend {
+        /// Share of increments, 0 (PIC) to 1 (FLIP).
+        flip: f64,
+    },
     /// Values with their affine field (APIC).
     Affine,
 }
 
 impl ShapeFunction {
+    /// As they are written in a job.
     pub const NAMES: [(&'static str, Self); 4] = [
         ("linear", Self::Linear),
         ("generalised", Self::Generalised),
@@ -90,6 +98,7 @@ impl ShapeFunction {
 const FLIP: &str = "0.99";
 
 impl Scheme {
+    /// Of `[scheme]` where a job says nothing else.
     pub const DEFAULT: Self = Self {
         shape: ShapeFunction::Quadratic,
         update: StressUpdate::Last,

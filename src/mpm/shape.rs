@@ -47,7 +47,9 @@ impl Default for Axis {
 pub struct Along<R, const N: usize> {
     /// The first node in reach, a whole number.
     pub base: R,
+    /// N of the nodes from `base` on.
     pub values: [R; N],
+    /// dN/dx of the same, per cell.
     pub slopes: [R; N],
 }
 
@@ -100,12 +102,16 @@ impl<R: Real, const N: usize> Along<R, N> {
     }
 }
 
+/// [`ShapeFunction::Linear`]: of three nodes one has zero.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearHat;
+/// [`ShapeFunction::Generalised`]: three nodes, as points are no longer than a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Generalised;
+/// [`ShapeFunction::Quadratic`]: three nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct Quadratic;
+/// [`ShapeFunction::Cubic`]: four nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic;
 
@@ -196,8 +202,11 @@ impl Shape<4> for Cubic {
 /// The functions at one place of a tile, or at several in step, along all axes. Slopes are per m.
 #[derive(Clone, Copy, Debug)]
 pub struct Stencil<S: Space, R, const N: usize> {
+    /// First node in reach along each axis, from the tile's first; a whole number.
     pub base: [R; 3],
+    /// N along each axis, of the nodes from `base` on; 1 for the first alone along an axis that is not there.
     pub values: [[R; N]; 3],
+    /// dN/dx of the same, 1/m; zero along an axis that is not there.
     pub slopes: [[R; N]; 3],
     space: std::marker::PhantomData<S>,
 }

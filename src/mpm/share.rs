@@ -9,7 +9,9 @@ pub type Along = [f64; 3];
 /// themselves (t), where grains slide on them. There are membranes in the plane alone; in space A is zero and not looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share<S: Space> {
+    /// s, 0 to 1.
     pub all: f64,
+    /// A; zero where no membrane is near.
     pub along: Along,
     space: std::marker::PhantomData<S>,
 }
@@ -20,6 +22,7 @@ pub fn dyad<S: Space>(mass: f64, along: &S::Vector) -> Along {
 }
 
 impl<S: Space> Share<S> {
+    /// Of s and A.
     pub const fn new(all: f64, along: Along) -> Self {
         Self { all, along, space: std::marker::PhantomData }
     }

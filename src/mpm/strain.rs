@@ -21,6 +21,7 @@ impl Rates {
         rates
     }
 
+    /// Takes over the gradients of eight points, 1/s.
     #[inline(always)]
     pub fn keep<S: Space, P: Pack>(&mut self, gradient: &S::TensorOf<P>) {
         for (entry, lanes) in self.0.iter_mut().enumerate().take(S::Tensor::COMPONENTS) {

@@ -24,13 +24,17 @@ pub trait StressModel<S: Space>: Debug + Send + Sync {
     fn start(&self, stress: &S::Tensor, fraction: f64) -> S::PointMemory;
     /// Kirchhoff stress of a memory as it is, Pa.
     fn stress(&self, memory: &S::PointMemory) -> S::Tensor;
+    /// In the plane the Kirchhoff stress normal to it, Pa; 0 in space, and where a law has none.
     fn out_of_plane(&self, memory: &S::PointMemory) -> f64;
+    /// Per initial volume, J/m3.
     fn elastic_energy(&self, memory: &S::PointMemory) -> f64;
     /// Accumulated plastic strain.
     fn plastic_strain(&self, memory: &S::PointMemory) -> f64;
     /// Solid volume fraction that the law works with.
     fn fraction(&self, memory: &S::PointMemory) -> f64;
+    /// Stiffness against uniaxial strain, Pa; over the density the square of the speed of the fastest wave.
     fn p_wave_modulus(&self) -> f64;
+    /// G, Pa; over the density the square of the speed of shear waves.
     fn shear_modulus(&self) -> f64;
     /// Whether it says how points flow, so that their volume strain can be averaged.
     fn flows(&self) -> bool;

@@ -29,7 +29,9 @@ pub const SIDES: usize = 2;
 /// What points bring to a node for the loads across an axis: a, and of the lower and the upper side A and q.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceNode<S: Space> {
+    /// a, m2, along the normal out of the material.
     pub outward: S::Vector,
+    /// The lower and the upper side of the axis.
     pub sides: [Side<S>; SIDES],
 }
 
@@ -43,11 +45,13 @@ pub struct Side<S: Space> {
 }
 
 impl<S: Space> SurfaceNode<S> {
+    /// Of a node that no point reaches.
     pub fn zero() -> Self {
         let side = Side { area: S::Vector::zero(), load: S::Vector::zero() };
         Self { outward: S::Vector::zero(), sides: [side; SIDES] }
     }
 
+    /// What another tile brings to the same node.
     pub fn add(&mut self, other: &Self) {
         self.outward += other.outward;
         for (side, more) in self.sides.iter_mut().zip(&other.sides) {
@@ -84,6 +88,7 @@ impl<S: Space> SurfaceNode<S> {
         words
     }
 
+    /// From a message, as [`Self::words`] has it.
     pub fn of(words: &[f64]) -> Self {
         let mut node = Self::zero();
         for (from, vector) in words.chunks_exact(S::DIMENSION).zip(node.vectors()) {
@@ -112,6 +117,7 @@ impl<S: Space> Default for SurfaceRows<S> {
 }
 
 impl<S: Space> SurfaceRows<S> {
+    /// Rows of zeros for these tiles; `near` has one flag for each.
     pub fn lay(mosaic: &Mosaic, near: Vec<bool>) -> Self {
         Self {
             near,

@@ -56,26 +56,32 @@ fn vector_at<S: Space>(words: &[f64; NODE_WORDS], first: usize) -> S::Vector {
 }
 
 impl<S: Space> Gathered<S> {
+    /// Of a node that nothing reaches.
     pub const fn zero() -> Self {
         Self([0.0; NODE_WORDS], PhantomData)
     }
 
+    /// Words in the order of [`Gathered`].
     pub fn of(words: [f64; NODE_WORDS]) -> Self {
         Self(words, PhantomData)
     }
 
+    /// Of points and membranes, kg.
     pub fn mass(&self) -> f64 {
         self.0[0]
     }
 
+    /// N s.
     pub fn momentum(&self) -> S::Vector {
         vector_at::<S>(&self.0, 1)
     }
 
+    /// Internal and external, N.
     pub fn force(&self) -> S::Vector {
         vector_at::<S>(&self.0, 1 + S::DIMENSION)
     }
 
+    /// N.
     pub fn add_force(&mut self, force: &S::Vector) {
         for axis in 0..S::DIMENSION {
             self.0[1 + S::DIMENSION + axis] += force[axis];
@@ -104,6 +110,7 @@ impl<S: Space> Gathered<S> {
         tensor_of::<S>(&self.0)
     }
 
+    /// N s; mass and force stay.
     pub fn set_momentum(&mut self, momentum: &S::Vector) {
         for axis in 0..S::DIMENSION {
             self.0[1 + axis] = momentum[axis];
@@ -148,22 +155,27 @@ fn received(message: &[f64]) -> [f64; NODE_WORDS] {
 }
 
 impl<S: Space> GrainNode<S> {
+    /// Of a node without grains.
     pub const fn zero() -> Self {
         Self([0.0; NODE_WORDS], PhantomData)
     }
 
+    /// Of a mass, kg, its momentum, N s, and what of this penalty springs have given, N s.
     pub fn new(mass: f64, momentum: &S::Vector, given: &S::Vector) -> Self {
         Self(led::<S>(mass, [momentum, given]), PhantomData)
     }
 
+    /// Weighted, kg.
     pub fn mass(&self) -> f64 {
         self.0[0]
     }
 
+    /// N s, with what penalty springs have given.
     pub fn momentum(&self) -> S::Vector {
         vector_at::<S>(&self.0, 1)
     }
 
+    /// What penalty springs have given of the momentum, N s.
     pub fn given(&self) -> S::Vector {
         vector_at::<S>(&self.0, 1 + S::DIMENSION)
     }
@@ -177,12 +189,14 @@ impl<S: Space> GrainNode<S> {
         message.copy_from_slice(&self.0[..message.len()]);
     }
 
+    /// From a message, as [`Self::write`] fills it; words that it has no room for are zero.
     pub fn read(message: &[f64]) -> Self {
         Self(received(message), PhantomData)
     }
 }
 
 impl<S: Space> GrainChange<S> {
+    /// Nothing changes, and nothing holds grains.
     pub const fn zero() -> Self {
         Self([0.0; NODE_WORDS], PhantomData)
     }
@@ -196,18 +210,22 @@ impl<S: Space> GrainChange<S> {
         Self::of(words)
     }
 
+    /// Words in the order of [`GrainChange`].
     pub fn of(words: [f64; NODE_WORDS]) -> Self {
         Self(words, PhantomData)
     }
 
+    /// By which penalty springs hold.
     pub fn share(&self) -> Share<S> {
         Share::new(self.0[0], tensor_of::<S>(&self.0))
     }
 
+    /// Change of the grains' velocities, m/s.
     pub fn velocity(&self) -> S::Vector {
         vector_at::<S>(&self.0, 1)
     }
 
+    /// The node's velocity times the share, m/s.
     pub fn shared(&self) -> S::Vector {
         vector_at::<S>(&self.0, 1 + S::DIMENSION)
     }
@@ -217,16 +235,19 @@ impl<S: Space> GrainChange<S> {
         message.copy_from_slice(&self.0[..message.len()]);
     }
 
+    /// From a message, as [`Self::write`] fills it; words that it has no room for are zero.
     pub fn read(message: &[f64]) -> Self {
         Self(received(message), PhantomData)
     }
 }
 
 impl<S: Space> Advanced<S> {
+    /// Of a node without mass.
     pub const fn zero() -> Self {
         Self([0.0; NODE_WORDS], PhantomData)
     }
 
+    /// Words in the order of [`Advanced`].
     pub fn of(words: [f64; NODE_WORDS]) -> Self {
         Self(words, PhantomData)
     }
@@ -234,6 +255,7 @@ impl<S: Space> Advanced<S> {
     /// Where the mean volume strain stands among the words.
     pub const VOLUME: usize = 2 * S::DIMENSION;
 
+    /// Of a velocity after the step and its change, m/s, and the mean volume strain of what flows.
     pub fn new(velocity: &S::Vector, change: &S::Vector, volume: f64) -> Self {
         let mut words = [0.0; NODE_WORDS];
         for axis in 0..S::DIMENSION {
@@ -244,10 +266,12 @@ impl<S: Space> Advanced<S> {
         Self::of(words)
     }
 
+    /// After the step, m/s.
     pub fn velocity(&self) -> S::Vector {
         vector_at::<S>(&self.0, 0)
     }
 
+    /// Of the velocity in the step, m/s.
     pub fn change(&self) -> S::Vector {
         vector_at::<S>(&self.0, S::DIMENSION)
     }
@@ -263,6 +287,7 @@ pub struct Stride<S: Space> {
 }
 
 impl<S: Space> Stride<S> {
+    /// At the beginning of a step of the continuum.
     pub fn zero() -> Self {
         Self { taken: 0, brought: S::Vector::zero() }
     }
@@ -271,34 +296,42 @@ impl<S: Space> Stride<S> {
 /// Tiles that share nodes with other ranks' tiles, or those that share none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tier {
+    /// Some block around is another rank's: rows of these tiles travel.
     Border,
+    /// All blocks around are this rank's: their turn comes while rows of the others travel.
     Inner,
 }
 
 /// Where the tiles of this rank lie and which rows make up which node. Laid once per deal of blocks to ranks.
 #[derive(Clone, Debug, Default)]
 pub struct Mosaic {
+    /// Margins counted.
     pub nodes_per_tile: usize,
     /// Tiles of this rank.
     pub tiles: usize,
+    /// By tile.
     pub tiers: Vec<Tier>,
     /// Rows received before summing, and before gathering.
     pub rows_received: usize,
+    /// Rows received before gathering, behind those of tiles.
     pub rows_spread: usize,
     /// Rows of the nodes that this rank's blocks own, with their global node, in block order.
     pub owned: Vec<OwnedNode>,
     /// Sources of owned node i: `sources[source_starts[i]..source_starts[i + 1]]`, in neighbour order (invariant 2).
     pub source_starts: Vec<u32>,
+    /// Rows of tiles; from [`Self::rows`] on received ones.
     pub sources: Vec<Row>,
     /// Margin rows of tiles and the row they copy after the nodes have advanced; those of tile t are
     /// `copies[copy_starts[t]..copy_starts[t + 1]]`.
     pub copies: Vec<(Row, Row)>,
+    /// One for each tile, and the end.
     pub copy_starts: Vec<u32>,
 }
 
 /// A node and the row where its owner keeps it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnedNode {
+    /// Among those of this rank's tiles.
     pub row: Row,
     /// Lattice coordinates; the third is zero in the plane.
     pub place: [i32; 3],
@@ -363,15 +396,21 @@ impl Mosaic {
 /// Node rows of this rank. Rows of grains are laid where grains and points share nodes.
 #[derive(Clone, Debug)]
 pub struct Tiles<S: Space> {
+    /// By tile row, received ones behind.
     pub gathered: Vec<Gathered<S>>,
+    /// Of owned nodes, over all tiles.
     pub sums: Vec<Gathered<S>>,
+    /// By tile row, received ones behind.
     pub advanced: Vec<Advanced<S>>,
     /// Laid where volume strain is averaged.
     pub volumetric: Vec<VolumetricNode>,
+    /// Of owned nodes, over all tiles; laid where volume strain is averaged.
     pub volumetric_sums: Vec<VolumetricNode>,
     /// Of grains, written in tiles that grains may come to alone: a zone is a small part of the domain.
     pub grains: Zeroed<GrainNode<S>>,
+    /// Of owned nodes, over all tiles.
     pub grain_sums: Zeroed<GrainNode<S>>,
+    /// By tile row, received ones behind.
     pub grain_changes: Zeroed<GrainChange<S>>,
     /// Of owned nodes.
     pub strides: Vec<Stride<S>>,
@@ -403,6 +442,7 @@ impl<S: Space> Default for Tiles<S> {
 }
 
 impl<S: Space> Tiles<S> {
+    /// Rows of zeros: for grains where they are `coupled` to points, for volume strain where the scheme `averages` it.
     pub fn lay(mosaic: &Mosaic, coupled: bool, averages: bool) -> Self {
         let (gathered, advanced) = (mosaic.rows() + mosaic.rows_received, mosaic.rows() + mosaic.rows_spread);
         let of_grains = |rows: usize| if coupled { rows } else { 0 };
@@ -437,6 +477,7 @@ impl<S: Space> Tiles<S> {
         self.shared = shared;
     }
 
+    /// Sums over all tiles at the nodes that those of a tier own: of points, of volume strain and of grains, where these are laid.
     pub fn sum(&mut self, mosaic: &Mosaic, tier: Tier) {
         let wanted = |tile: usize| mosaic.tiers[tile] == tier;
         mosaic.sum_into(wanted, &self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
@@ -449,6 +490,7 @@ impl<S: Space> Tiles<S> {
         }
     }
 
+    /// The same of grains alone, in tiles that they may come to.
     pub fn sum_grains(&mut self, mosaic: &Mosaic, tier: Tier) {
         let wanted = |tile: usize| mosaic.tiers[tile] == tier && self.shared[tile];
         mosaic.sum_into(wanted, &self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
@@ -464,6 +506,7 @@ impl<S: Space> Tiles<S> {
         }
     }
 
+    /// The same of what grains take, in tiles that they may come to.
     pub fn copy_margins_of_grains(&mut self, mosaic: &Mosaic, tier: Tier) {
         for &(to, from) in mosaic.copies_of(|tile| mosaic.tiers[tile] == tier && self.shared[tile]) {
             self.grain_changes[to as usize] = self.grain_changes[from as usize];

@@ -10,6 +10,7 @@ pub const LOOKS: usize = 10;
 /// Plastic strain of a point at the last looks of an oracle; slot `look % LOOKS`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Window {
+    /// Accumulated plastic strain, by slot; 0 where no look has been taken yet.
     pub samples: [f64; LOOKS],
 }
 
@@ -19,6 +20,7 @@ pub const INSTANTS: usize = 8;
 /// Displacement since the start at the instants of [`Instants`], m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Track<S: Space> {
+    /// By instant, periods that were crossed counted; those beyond the instants taken count for nothing.
     pub displacements: [S::Vector; INSTANTS],
 }
 
@@ -64,6 +66,7 @@ impl Instants {
         self.every *= 2;
     }
 
+    /// Whether all of [`INSTANTS`] are taken: they are thinned before the next.
     pub fn full(&self) -> bool {
         self.times.len() == INSTANTS
     }

@@ -45,8 +45,10 @@ numbers!(impl[] Volumetric[] { strain: f64, flowing: f64, lost: f64 });
 pub struct VolumetricNode(pub [f64; 2]);
 
 impl VolumetricNode {
+    /// Of a node around which nothing flows.
     pub const ZERO: Self = Self([0.0; 2]);
 
+    /// What another tile brings to the same node.
     pub fn add(&mut self, other: &Self) {
         self.0[0] += other.0[0];
         self.0[1] += other.0[1];

@@ -30,7 +30,9 @@ use crate::observe::frame::spread;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i64)]
 pub enum Partner {
+    /// Another grain.
     Grain = 0,
+    /// A body that the grain touches.
     Body = 1,
 }
 

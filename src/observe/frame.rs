@@ -39,7 +39,9 @@ use crate::rve::{PointRve, Scratch};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i64)]
 pub enum Kind {
+    /// A point of the continuum.
     Point = 0,
+    /// A grain that is not glued.
     Grain = 1,
     /// A grain glued to a plate.
     Glued = 2,

@@ -26,11 +26,13 @@ const SINGULAR: f64 = 1e-6;
 /// A grain inside the cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<S: Space> {
+    /// m.
     pub position: S::Vector,
     /// From the start to where the grain is without being wrapped, m.
     pub displacement: S::Vector,
     /// Periods that wrapping has taken it back by.
     pub image: Image,
+    /// m.
     pub radius: f64,
 }
 

@@ -42,7 +42,9 @@ pub struct Place {
 
 /// A packing that is there, on rank 0, or that is to be made.
 pub enum Found<'t, T> {
+    /// Read from its file; none on ranks other than 0.
     There(Option<T>),
+    /// To be made by this run, by the right that rank 0 holds.
     ToMake(Box<Making<'t>>),
 }
 
@@ -73,6 +75,7 @@ impl Place {
         Self { file: cache.join(format!("{name}.h5")), making: cache.join(format!("{name}.making")) }
     }
 
+    /// Of the finished packing, whether it is there yet or not.
     pub fn file(&self) -> &Path {
         &self.file
     }

@@ -17,6 +17,7 @@ use crate::dem::grains::GrainRow;
 
 /// Discs between two heights, periodic in x.
 pub struct Packed<'a> {
+    /// Solid volumes are added in this order.
     pub grains: &'a [GrainRow<Plane>],
     /// m.
     pub width: f64,
@@ -81,8 +82,11 @@ pub struct Places<'a> {
     pub first: [f64; 2],
     /// m.
     pub spacing: f64,
+    /// Along x and y.
     pub counts: [usize; 2],
+    /// Along x and y.
     pub periodic: [bool; 2],
+    /// Row by row, x fastest; true where there is a point.
     pub filled: &'a [bool],
 }
 

@@ -66,6 +66,7 @@ pub fn radii(sizes: &Sizes, seed: u64, count: u64) -> Vec<f64> {
 /// The box has no room for this grain after as many trials as are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoRoom {
+    /// Its number from 0, which is also its id.
     pub grain: u64,
 }
 

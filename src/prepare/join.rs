@@ -18,9 +18,13 @@ use crate::prepare::packed::Packing;
 /// A grain of pieces side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Laid<S: Space> {
+    /// As [`Packing::side_by_side`] counts them.
     pub id: GrainId,
+    /// Of its centre, m; as laid it may be beyond the domain's ends, joined it is not.
     pub place: S::Vector,
+    /// m.
     pub radius: f64,
+    /// kg.
     pub mass: f64,
 }
 
@@ -47,6 +51,7 @@ const SWEEPS_MAX: usize = 1000;
 const OVERLAP_MAX: f64 = 0.02;
 
 impl<'a, S: Space> Join<'a, S> {
+    /// Of a domain and its bodies, with the overlap that grains of `piece` have; `is_material` is asked for places of the domain.
     pub fn of(
         (cell, bodies): (&'a Cell<S>, &'a [Body<S>]),
         is_material: &'a dyn Fn(&S::Vector) -> bool,

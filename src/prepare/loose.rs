@@ -12,6 +12,7 @@ use crate::prepare::insert::{places, radii};
 
 /// Plates by their index in a world.
 pub const LOWER: u8 = 0;
+/// The sheared plate, at the larger y.
 pub const UPPER: u8 = 1;
 
 /// Solid volume fraction that the number of grains is reckoned with.
@@ -22,7 +23,9 @@ const GLUED_LAYER: f64 = 3.0;
 
 /// Grains as inserted, and the height of the upper plate's face above the lower's, m.
 pub struct Inserted {
+    /// By id: free ones, then the rows glued to the lower and the upper plate.
     pub grains: Vec<GrainRow<Plane>>,
+    /// m.
     pub height: f64,
 }
 

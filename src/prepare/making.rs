@@ -53,14 +53,17 @@ struct Position {
 pub struct Notes(BTreeMap<String, u64>);
 
 impl Notes {
+    /// Takes the place of what has been set by that name.
     pub fn set(&mut self, name: &str, value: f64) {
         self.0.insert(name.to_string(), value.to_bits());
     }
 
+    /// None where nothing of that name has been set, or it has been forgotten.
     pub fn get(&self, name: &str) -> Option<f64> {
         self.0.get(name).copied().map(f64::from_bits)
     }
 
+    /// Takes away what has been set by that name, if anything has.
     pub fn forget(&mut self, name: &str) {
         self.0.remove(name);
     }
@@ -78,6 +81,7 @@ pub struct Leg {
     pub rebuilds: bool,
     /// Steps between two looks at whether everything rests, and looks in a row that must find it so.
     pub look_every: u64,
+    /// Looks in a row that must find rest.
     pub calm_looks: u32,
     /// Kinetic energy of the grains that bear, over elastic energy or what the leg holds it against, at which it rests.
     pub goal: f64,
@@ -85,6 +89,7 @@ pub struct Leg {
 
 /// What a look sees.
 pub struct Look {
+    /// Whether everything rests now.
     pub rests: bool,
     /// Energy ratio, to be held against the goal.
     pub ratio: f64,
@@ -121,6 +126,7 @@ impl<'t> Making<'t> {
         Ok(Self { transport, held, at, left, save_every, saved: Instant::now(), meter: Meter::foreseen() })
     }
 
+    /// Of the ranks that make it together.
     pub fn transport(&self) -> &'t dyn Transport {
         self.transport
     }

@@ -35,6 +35,7 @@ pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
 
 /// What the material of a job starts from.
 pub struct Start {
+    /// Without grains where points alone begin with a stated solid volume fraction.
     pub packing: Packing,
     /// Of the specimen, m: the packing's, where that is not a lower one.
     pub height: f64,

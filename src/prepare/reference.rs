@@ -39,6 +39,7 @@ pub trait StartState {
 
 /// Grains of the packing near a zone, in the order of their ids, on every rank.
 pub struct Reference {
+    /// Where they lie in the specimen, those of tiles without contacts.
     pub grains: Vec<Grain>,
     /// Where the packing's bodies stood, as displacements, m; none where bodies stand where the job has them.
     pub seats: Vec<Vector>,

@@ -116,6 +116,7 @@ impl<S: Space> Levels<S> {
         }
     }
 
+    /// Packings as they were made, by number, and again for each number of grains that is taken out.
     pub fn packings(&self) -> Packings {
         self.rves.iter().filter_map(|levels| levels.first()).map(|rve| rve.template().packing.clone()).collect()
     }

@@ -39,11 +39,13 @@ type Vector = <Plane as Space>::Vector;
 
 /// A finished packing: rows on rank 0 only, in canonical order; the rest everywhere.
 pub struct Packing {
+    /// Free ones and those glued to plates.
     pub grains: Vec<Grain>,
     /// Distance of the plates' faces, m.
     pub height: f64,
     /// Mass of the free grains, kg, and their solid volume fraction between the faces.
     pub mass: f64,
+    /// Solid volume fraction of the free grains between the faces.
     pub fraction: f64,
 }
 

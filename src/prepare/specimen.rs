@@ -40,6 +40,7 @@ pub struct Specimen<S: Space> {
     pub grains: Vec<GrainRow<S>>,
     /// Bodies where grains have stopped them, and vertices where grains have; on every rank.
     pub bodies: Vec<Body<S>>,
+    /// Of membranes.
     pub vertices: Vec<Vertex<S>>,
     /// Solid volume fraction of the piece.
     pub fraction: f64,

@@ -29,7 +29,9 @@ pub enum Finder<'s> {
 
 /// What becomes of a band.
 pub struct Adaptive<'s> {
+    /// The oracle or the job.
     pub finder: Finder<'s>,
+    /// How grains take the place of points there, and how their zone lives.
     pub enrichment: &'s Enrichment,
     /// How the packing that grains are taken from lies in the specimen.
     pub lies: Lies<'s>,

@@ -21,6 +21,7 @@ pub struct Change {
     pub key: String,
     /// As they would be typed; nothing where one has no such key.
     pub old: Option<String>,
+    /// The same of the job that is gone on with.
     pub new: Option<String>,
 }
 

@@ -21,6 +21,7 @@ use crate::store::checkpoint::{Drawn, Progress};
 
 /// A kind of job: how its world comes about. All ranks call these together.
 pub trait Setup {
+    /// The plane or space.
     type Space: Space;
 
     /// What is told of the run, and what happens between its steps.
@@ -58,6 +59,7 @@ type Strain<'s, S> = Box<dyn Fn(&World<S>) -> f64 + 's>;
 pub struct Experiment<'s, S: Space> {
     /// The resolved job.
     pub job: String,
+    /// How often rows, frames and checkpoints are written: `[output]`.
     pub output: &'s Output,
     /// Steps of the whole run.
     pub steps: u64,
@@ -65,11 +67,13 @@ pub struct Experiment<'s, S: Space> {
     pub accounts: Accounts,
     /// An unstable step was allowed, so that energy which grows is told and stops nothing.
     pub allows_unstable: bool,
+    /// What frames are drawn with.
     pub picture: Picture,
     /// Points whose RVEs are drawn with every frame, by the names of their files.
     pub drawn_rves: Vec<(String, PointId)>,
     /// Those of `series.csv`, in their order.
     pub columns: Vec<Columns<'s, S>>,
+    /// After every pass of the loop, before anything of it is written. Collective.
     pub watch: Watch<'s, S>,
     /// Horizontal strain, where the job has one; it is told in the place of time.
     pub strain: Option<Strain<'s, S>>,
@@ -113,7 +117,9 @@ impl<S: Space> Experiment<'_, S> {
 pub struct Picture {
     /// Out-of-plane depth, m.
     pub depth: f64,
+    /// Whether their number is told; of a job with grains and no RVEs also where it has points alone.
     pub may_have_grains: bool,
+    /// At some time of the run; frames have their fields then.
     pub may_have_points: bool,
     /// Points are those of elements, which are drawn as well.
     pub has_elements: bool,

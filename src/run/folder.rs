@@ -43,6 +43,7 @@ const OURS: [&str; 8] = [PACKING, SERIES, LOG, SUMMARY, LOAD, SCENARIO, STOP, ME
 const FRAMES: [&str; 2] = ["frames", "contacts"];
 /// Files of frames of the RVE of a point that is followed, its name behind.
 pub const GRAINS_OF: &str = "grains_of_";
+/// The same of the contacts between these grains.
 pub const CONTACTS_OF: &str = "contacts_of_";
 /// Names that files in the making had in programs before this one, beside the files themselves.
 const FORMER_ENDINGS: [&str; 2] = [".partial", ".tmp"];
@@ -62,10 +63,12 @@ impl RunId {
         Self(Sha256::digest(text.as_bytes())[..8].iter().map(|byte| format!("{byte:02x}")).collect())
     }
 
+    /// 16 hex digits, or nothing.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
+    /// Whether the program gave one.
     pub fn is_known(&self) -> bool {
         !self.0.is_empty()
     }
@@ -251,14 +254,17 @@ impl Folder {
         Ok(Self { dir: dir.to_path_buf(), id, is_new, _lock: file })
     }
 
+    /// As the caller has given it.
     pub fn dir(&self) -> &Path {
         &self.dir
     }
 
+    /// Of the run in it; not known where the program that began it gave none.
     pub fn id(&self) -> &RunId {
         &self.id
     }
 
+    /// The folder of checkpoints, which may not be there yet.
     pub fn checkpoints(&self) -> PathBuf {
         self.dir.join(CHECKPOINTS)
     }

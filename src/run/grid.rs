@@ -38,6 +38,7 @@ pub struct Points<'s, S: Space> {
 }
 
 impl<'s, S: Space> Points<'s, S> {
+    /// With the law of `[material]`.
     pub fn new(job: &'s Mpm) -> Self {
         Self { job, law: material_of(&job.material.law) }
     }

@@ -7,6 +7,7 @@ pub mod columns;
 pub mod experiment;
 pub mod grid;
 pub mod log;
+mod options;
 pub mod output;
 pub mod planar_shear;
 pub mod results;
@@ -16,7 +17,7 @@ pub mod trial;
 mod waits;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use scree_io::frames::Frame;
@@ -53,48 +54,7 @@ use crate::store::checkpoint::{self, Progress};
 
 pub mod folder;
 
-/// How a run is to be carried out; none of it is physics.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The run directory.
-    pub out: PathBuf,
-    /// Threads per rank, for the record: the pool is made by the caller.
-    pub threads: usize,
-    /// Wall time of the steps after which the run stops, however far it is.
-    pub steps_for: Option<Duration>,
-    pub beginning: Beginning,
-}
-
-/// What a run takes up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Beginning {
-    /// Nothing, or a checkpoint as it is.
-    Plain,
-    /// A checkpoint with a job that differs from its own in what is no physics; one with the new job is written at once.
-    Changed,
-    /// A checkpoint of another run: with a folder of its own, its outputs begin here.
-    Branched,
-}
-
-impl Beginning {
-    pub fn of_code(code: u8) -> Self {
-        [Self::Plain, Self::Changed, Self::Branched][usize::from(code)]
-    }
-}
-
-impl Options {
-    pub fn new(out: PathBuf, threads: usize) -> Self {
-        Self { out, threads, steps_for: None, beginning: Beginning::Plain }
-    }
-}
-
-/// How a run ended, with closing lines for the operator.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
-    Done(String),
-    /// Stopped on request, with a checkpoint written unless its packing was still being made.
-    Stopped(String),
-}
+pub use options::{Beginning, Options, Outcome};
 
 /// Begins a run in the folder that rank 0 holds for it, and ends it.
 pub fn begin<S: Space>(
@@ -135,8 +95,11 @@ pub fn go_on_with<S: Space>(
 
 /// The state of a run, and where it writes.
 pub struct Core<'t, S: Space> {
+    /// As this rank holds it.
     pub world: World<'t, S>,
+    /// The same on every rank.
     pub progress: Progress,
+    /// As the run was begun or gone on with.
     pub options: Options,
     /// On rank 0.
     outputs: Option<Outputs>,

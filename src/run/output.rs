@@ -204,6 +204,7 @@ impl Outputs {
         Self { folder, job, series, columns, frame_series, log, summary, meter, began }
     }
 
+    /// Held until these outputs are dropped.
     pub fn folder(&self) -> &Folder {
         &self.folder
     }
@@ -219,6 +220,7 @@ impl Outputs {
         Ok(Target { scratch: self.folder.scratch()?, path: path.to_path_buf(), head })
     }
 
+    /// Adds a row to the series: a number for each column of the run, of which those are written that the series has.
     pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
         let there: Vec<f64> = self.columns.iter().map(|column| values[*column]).collect();
         self.series.push(&there).map_err(|error| failed(self.series.path(), &error))
@@ -258,6 +260,7 @@ impl Outputs {
         }
     }
 
+    /// Replaces `summary.json` by all figures that have been noted.
     pub fn write_summary(&mut self) -> Result<(), Error> {
         if self.folder.id().is_known() {
             self.summary.insert("run".to_string(), json!(self.folder.id().as_str()));
@@ -280,6 +283,7 @@ impl Outputs {
         self.meter.show(step as f64 / steps as f64, head, words);
     }
 
+    /// Takes the progress bar away.
     pub fn finish(&mut self) {
         self.meter.finish();
     }

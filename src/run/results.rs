@@ -20,6 +20,7 @@ pub struct Results {
 }
 
 impl Results {
+    /// A text to be written there, with the mark of the program. Nothing is written yet.
     pub fn add(&mut self, path: PathBuf, text: &str) {
         let text = marked(&path, text);
         self.files.push((path, text));
@@ -94,6 +95,7 @@ impl Aside {
         &self.aside
     }
 
+    /// Gives the file its name, in the place of whatever had it. [`Error::User`] where that cannot be.
     pub fn name(self) -> Result<(), Error> {
         fs::rename(&self.aside, &self.path).map_err(|error| unwritable(&self.path, &error))
     }
@@ -106,6 +108,7 @@ impl Drop for Aside {
     }
 }
 
+/// [`Error::User`] of a place that the user has chosen.
 pub fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     Error::User(format!("{} cannot be written: {error}. Give another place.", path.display()))
 }

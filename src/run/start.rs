@@ -112,6 +112,7 @@ pub fn resume(
 
 /// Work that does not care with which kind of job it is done.
 pub trait ForAnySetup<R> {
+    /// Does it with the space and the law of that kind.
     fn with<J: Setup>(self, job: &J) -> Result<R, Error>;
 }
 

@@ -9,15 +9,19 @@ use crate::domain::world::World;
 /// From its start or its last resumption to now, as rank 0 has seen it.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch {
+    /// Steps done before it.
     pub first_step: u64,
     /// Wall time, s.
     pub seconds: f64,
+    /// Per rank.
     pub threads: usize,
     /// Steps of single grains and of single points.
     pub grain_steps: u64,
+    /// Those of the continuum, however many steps of grains are in one.
     pub point_steps: u64,
     /// Checkpoints written, and the wall time that they took, s.
     pub checkpoints: u64,
+    /// s.
     pub checkpoint_seconds: f64,
     /// Of the whole run.
     pub conservation: Conservation,

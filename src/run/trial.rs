@@ -19,10 +19,13 @@ pub struct Trial {
     pub pass: f64,
     /// Of a row of the series, a frame and a checkpoint.
     pub row: f64,
+    /// Added to files that are there.
     pub frame: f64,
+    /// With the sync of the series before it.
     pub checkpoint: f64,
     /// Grains and points of the world.
     pub grains: u64,
+    /// Of elements, one each.
     pub points: u64,
 }
 

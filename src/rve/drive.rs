@@ -17,7 +17,10 @@ use crate::base::symmetric::Symmetric;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
     /// As much as keeps the inertial number below this.
-    QuasiStatic { inertial_number: f64 },
+    QuasiStatic {
+        /// Bound on I.
+        inertial_number: f64,
+    },
     /// That of the continuum.
     Synchronous,
 }
@@ -67,6 +70,7 @@ impl Frame {
 /// How cells are driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
+    /// What time grains have for an increment.
     pub pace: Pace,
     /// Steps of an increment at least.
     pub steps_min: u64,
@@ -79,6 +83,7 @@ pub struct Drive {
 pub struct Relaxation {
     /// I_uf (Liu et al. 2016, eq. 57).
     pub unbalanced_max: f64,
+    /// Steps at rest after which no more are begun, balanced or not.
     pub steps_max: u64,
 }
 

@@ -12,14 +12,17 @@ use crate::dem::motion::Damping;
 /// What moves the velocities of grains, and what all of them share.
 #[derive(Clone, Copy)]
 pub struct KickDrift<'a, S: Space> {
+    /// What changes velocities before the drift.
     pub push: Push<'a, S>,
     /// Before the drift.
     pub cell: &'a Cell<S>,
+    /// Time step, s.
     pub dt: f64,
     /// Takes places of the cell at the last rebuild to those after the drift.
     pub strain: S::Tensor,
 }
 
+/// What changes velocities and spins.
 #[derive(Clone, Copy)]
 pub enum Push<'a, S: Space> {
     /// The mean field takes up a change of its gradient, 1/s.

@@ -15,7 +15,10 @@ pub enum Path {
     /// All axes alike, and in the end a little along each and across them, until the stress is the same along all.
     Isotropic,
     /// Along one axis, the others kept (K0); the stress is that along it.
-    Uniaxial { axis: usize },
+    Uniaxial {
+        /// 0 to 2.
+        axis: usize,
+    },
 }
 
 /// Largest increment of strain.

@@ -62,8 +62,11 @@ impl Arrangement {
 /// What RVEs of one material have in common.
 #[derive(Clone, Debug)]
 pub struct Template<S: Space> {
+    /// Radii and masses of its grains, and how they lay.
     pub packing: Packing,
+    /// Their mean diameter, density and time step.
     pub grain: Grain,
+    /// Law of contacts, field and time step of its grains.
     pub constants: Constants<S>,
     /// What the space's measure is multiplied with to give m3.
     pub depth: f64,
@@ -82,6 +85,7 @@ pub struct Resting<S: Space> {
     pub motions: Vec<f64>,
     /// Grains of contacts that remember something, the lower first, and what they remember.
     pub contacts: Vec<[u16; 2]>,
+    /// Contact after contact, as many words of each as the law has.
     pub memories: Vec<f64>,
 }
 

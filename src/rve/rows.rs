@@ -15,7 +15,9 @@ pub type Packings = Vec<Packing>;
 /// Grains as the material of points.
 #[derive(Clone, Debug)]
 pub struct GrainMaterial<S: Space> {
+    /// Steps of an increment and at rest after it.
     pub drive: Drive,
+    /// What of an increment cells are driven by.
     pub frame: Frame,
     /// The packings that RVEs begin from, at all their levels of stress.
     pub templates: Vec<Template<S>>,
@@ -33,6 +35,7 @@ impl<S: Space> GrainMaterial<S> {
 pub struct PointRve<S: Space> {
     /// Its packing, by its number among the templates.
     pub packing: u64,
+    /// The assembly that stands for the point.
     pub rve: Rve<S>,
     /// F of the point when it last followed; that of the RVE is another where strain is nonlocal.
     pub deformation: S::Tensor,
@@ -45,14 +48,20 @@ pub struct PointRve<S: Space> {
 /// The same at rest, as it travels with its point and lies on disk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RveRow<S: Space> {
+    /// The point that it stands for.
     pub point: PointId,
+    /// By its number among the templates.
     pub packing: u64,
+    /// Steps of pairs in the last increment.
     pub cost: u64,
+    /// F(n) F(n-1)^-1 - 1 of the point, where strain has a lag of one ([`PointRve::increment`]).
     pub increment: S::Tensor,
+    /// Its grains, contacts and deformation.
     pub resting: Resting<S>,
 }
 
 impl<S: Space> PointRve<S> {
+    /// At rest, as the row of this point.
     pub fn rest(&self, point: PointId) -> RveRow<S> {
         let Self { packing, cost, increment, .. } = *self;
         RveRow { point, packing, cost, increment, resting: self.rve.rest() }
@@ -129,6 +138,7 @@ pub fn packed([lower, higher]: [u16; 2]) -> u64 {
     u64::from(lower) << 16 | u64::from(higher)
 }
 
+/// The reverse of [`packed`].
 pub fn parted(pair: u64) -> [u16; 2] {
     [(pair >> 16) as u16, pair as u16]
 }

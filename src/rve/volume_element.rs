@@ -73,6 +73,7 @@ pub struct State<S: Space> {
     rotation: S::Spin,
     /// Steps so far, and those of pairs: what it costs.
     pub steps: u64,
+    /// Steps times the pairs that each evaluates.
     pub pair_steps: u64,
 }
 
@@ -119,7 +120,9 @@ pub struct Response<S: Space> {
     pub skew: f64,
     /// I_uf; none without contacts.
     pub unbalanced: Option<f64>,
+    /// Steps of grains, those at rest with them.
     pub steps: u64,
+    /// What befell the assembly on the way.
     pub events: Events,
 }
 
@@ -128,6 +131,7 @@ pub struct Response<S: Space> {
 pub struct Observed<S: Space> {
     /// Kirchhoff stress J sigma, Pa, tension positive.
     pub kirchhoff: S::Symmetric,
+    /// In the frame of F; zeros of a loose one.
     pub fabric: Fabric<S>,
     /// Pa ([`affine_stiffness`]).
     pub stiffness: S::Tensor,
@@ -142,6 +146,7 @@ pub struct Bearing<S: Space> {
     pub grains: [u32; 2],
     /// Centre of the first, and of the other or its image, m.
     pub begin: S::Vector,
+    /// Centre of the other or of its image, m.
     pub end: S::Vector,
     /// On the first, N.
     pub force: S::Vector,
@@ -257,18 +262,22 @@ impl<S: Space> Rve<S> {
         self.state.pressure
     }
 
+    /// Number of grains, those of replicas with them.
     pub fn grains(&self) -> usize {
         self.sample.assembly.grains.owned
     }
 
+    /// What it shares with all RVEs of its packing.
     pub fn template(&self) -> &Template<S> {
         &self.template
     }
 
+    /// Its deformation, and what it has come through.
     pub fn state(&self) -> &State<S> {
         &self.state
     }
 
+    /// Whether nothing in it touches, so that it is carried along without steps and without stress.
     pub fn is_loose(&self) -> bool {
         self.state.loose.is_some()
     }

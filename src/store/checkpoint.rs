@@ -41,21 +41,27 @@ pub struct Progress {
     pub step: u64,
     /// Distance of the plates' faces at the start, m, and solid volume fraction there.
     pub height_start: f64,
+    /// Of the packing, or what the law of a sheared continuum states; 0 of a job that has neither.
     pub fraction_start: f64,
     /// Rows of the series and frames written so far, and the step of the last row.
     pub series_rows: u64,
+    /// Times at which frames were written, whatever was drawn in them.
     pub frames: u64,
+    /// Means over time of the next row begin here.
     pub series_step: u64,
     /// Stands for the rows of the series; known on rank 0.
     pub series_digest: u64,
     /// Step after which grains replaced points, or in a continuum that is only watched would have, 1 where there are grains from the start; zero before.
     pub enriched_step: u64,
+    /// Of the search for shear bands; as at the start where there is none.
     pub oracle: Memory,
+    /// When the tracks of points were taken; `every` is 0 where none are.
     pub instants: Instants,
     /// How the cells of a zone that dissolves have strained since its last change; empty elsewhere.
     pub rest: RestWatch,
     /// What there was at the start, for the account of what is kept.
     pub kept: Kept,
+    /// Of the energy of grains, at its last look.
     pub guard: EnergyGuard,
     /// The account of energy; empty where none is kept.
     pub ledger: Vec<Entry>,
@@ -125,13 +131,19 @@ impl Record for CellStrain {
 pub struct Snapshot<S: Space> {
     /// The resolved job.
     pub scenario: String,
+    /// How far the run is; the same on every rank.
     pub progress: Progress,
+    /// As it is now.
     pub cell: Cell<S>,
+    /// As they are now, all of the world.
     pub bodies: Vec<Body<S>>,
+    /// As both were at the last rebuild.
     pub home: Home<S>,
+    /// In canonical order; none in a [`head`].
     pub grains: Vec<GrainRow<S>>,
     /// Words of what their contacts remember.
     pub memory_words: usize,
+    /// In canonical order; none in a [`head`].
     pub points: Vec<Point<S>>,
     /// Their RVEs, where the material is grains.
     pub rves: Vec<RveRow<S>>,
@@ -146,6 +158,7 @@ pub struct Snapshot<S: Space> {
 }
 
 impl<S: Space> Snapshot<S> {
+    /// As it is written. Of what a run may lack (account, oracle, membranes, packings, mesh) there is a table only where it has it.
     pub fn to_state(mut self) -> State {
         let progress = &mut self.progress;
         let mut flags: Vec<Flag> = progress.oracle.flagged.iter().copied().map(Flag).collect();
@@ -267,6 +280,7 @@ const RVES_PER_PIECE: usize = 64;
 pub struct Target {
     /// A folder for the file while it is in the making.
     pub scratch: PathBuf,
+    /// The file once it is whole, on the same file system as `scratch`.
     pub path: PathBuf,
     /// All of the state but grains and points.
     pub head: State,
@@ -337,8 +351,11 @@ pub fn write<S: Space>(target: Option<Target>, world: &World<S>) -> Result<(), E
 
 /// A world as its job draws it at time zero, without grains and points.
 pub struct Drawn<S: Space> {
+    /// As the job has it at time zero; [`restore`] gives it the edges and the motion that were saved.
     pub cell: Cell<S>,
+    /// In the order they are saved in; [`restore`] moves them to where they were and gives them their motion.
     pub bodies: Vec<Body<S>>,
+    /// With the vertices that were saved.
     pub membranes: Membranes<S>,
 }
 
@@ -417,6 +434,7 @@ fn only<R>(mut rows: Vec<R>, table: &str) -> Result<R, Error> {
 
 /// Attributes that tell which run and which program a checkpoint is of.
 pub const RUN: &str = "run";
+/// Its text is [`program::identity`].
 pub const PROGRAM: &str = "program";
 
 /// The resolved job that a checkpoint carries.

@@ -183,6 +183,7 @@ pub fn of_packings(packings: &[Packing]) -> Table {
     to_table(RVE_PACKINGS, &mut rows_of(packings), &mut PackedGrain::default())
 }
 
+/// From the table that [`of_packings`] made, which is then no longer in the state; [`Error::User`] where it is missing or torn.
 pub fn to_packings(state: &mut State) -> Result<Packings, Error> {
     take(state, RVE_PACKINGS, &PackedGrain::default()).map(|rows| packings_of(&rows))
 }
@@ -197,7 +198,9 @@ pub const NODES: &str = "nodes";
 
 /// RVEs of points, and their grains and contacts, one RVE's after another's.
 pub const RVES: &str = "rves";
+/// A row for each grain: column `motion`.
 pub const RVE_GRAINS: &str = "rve_grains";
+/// A row for each contact: columns `pair` and `memory`.
 pub const RVE_CONTACTS: &str = "rve_contacts";
 
 /// Tables of RVEs in canonical order, or of a piece of them, under a contact law with so many words of memory.

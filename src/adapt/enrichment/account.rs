@@ -18,7 +18,9 @@ pub(super) struct Account {
 /// Before and after it: kg, and N s in x and y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BeforeAndAfter {
+    /// kg, before and after.
     pub mass: [f64; 2],
+    /// N s, before and after; along x and y each.
     pub momentum: [[f64; 2]; 2],
 }
 

@@ -28,13 +28,17 @@ use crate::prepare::sheared::{Grain, PlanarWorld};
 pub struct Dissolved {
     /// Grains that went, and those that share their place with points from now on.
     pub grains: u64,
+    /// Those of the new rim, in number.
     pub grains_rim: u64,
     /// Points that came, and those that stand for all of their place from now on.
     pub points: u64,
+    /// Those of the old rim, in number, whose weight is 1 again.
     pub points_whole: u64,
     /// What masses of points had to be multiplied by for all mass to be kept, one for each set of cells; and of sets that stay for that.
     pub mass_factors: Vec<f64>,
+    /// Factors of the sets that stay, all outside of 0.8 to 1.25.
     pub refused: Vec<f64>,
+    /// Of the whole world; zero where all sets stay.
     pub kept: BeforeAndAfter,
 }
 

@@ -45,17 +45,23 @@ type PlanarPoint = Point<Plane>;
 /// What an enrichment did, for the log and the summary.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Enriched {
+    /// That came in, those of the rim among them.
     pub grains: u64,
+    /// Of these, those that share their place with points.
     pub grains_rim: u64,
+    /// All points of the core.
     pub points_removed: u64,
+    /// Points that stay with a lower weight.
     pub points_rim: u64,
     /// Of the whole world.
     pub kept: BeforeAndAfter,
     /// Mean Cauchy stress (xx, yy, xy) of the points that were replaced and of the grains that replaced them, Pa.
     pub stress_points: [f64; 3],
+    /// Pa, tension positive, in the same order; at the end of training.
     pub stress_grains: [f64; 3],
     /// Kinetic over elastic energy at the end of training.
     pub training_energy_ratio: f64,
+    /// Steps of grains, rest and release at the end among them.
     pub training_steps: u64,
 }
 

@@ -19,12 +19,15 @@ use crate::prepare::grain_world;
 
 /// Volume strain of the compressions, and its share that gives the moduli: from there on contacts slide.
 pub const STRAIN_VOLUME: f64 = 1e-3;
+/// Volume strain up to which the slopes are taken that are moduli.
 pub const STRAIN_SMALL: f64 = 1e-4;
 /// Strain between two rows.
 const ROW_VOLUME: f64 = 1e-5;
+/// Shear strain between two rows, and the largest increment that the law is driven by along them.
 pub const ROW_SHEAR: f64 = 5e-4;
 /// Inertial numbers.
 pub const INERTIAL_COMPRESSION: f64 = 1e-4;
+/// Of shear and of biaxial compression; small cycles are slower.
 pub const INERTIAL_SHEAR: f64 = 2.5e-4;
 /// Of small cycles: a cell of some hundred grains must come to the end of its waves within 1e-4 of strain.
 pub const INERTIAL_CYCLES: f64 = 2.5e-5;
@@ -35,12 +38,15 @@ pub const ENERGY_RATIO_MOST: f64 = 1e-5;
 /// Of the course with reversals: of a first small unloading, while friction is mobilised, by how much, and of the reversal, at
 /// the peak of dense packings.
 pub const STRAIN_FIRST: f64 = 0.0025;
+/// Shear strain by which the first small unloading goes back.
 pub const STRAIN_BACK: f64 = 5e-4;
+/// Shear strain of the reversal, which ends at as much the other way.
 pub const STRAIN_REVERSAL: f64 = 0.02;
 /// Of small cycles: shear strains that are unloaded from, and by how much.
 pub const CYCLES: [[f64; 2]; 3] = [[2e-4, 1e-4], [1e-3, 2e-4], [5e-3, 5e-4]];
 /// Strain at the end of shear at constant volume, and of biaxial compression.
 pub const STRAIN_VOLUME_CONSTANT: f64 = 0.1;
+/// Strain along y, compression positive; less where the test is asked to end before.
 pub const STRAIN_BIAXIAL: f64 = 0.05;
 /// Solid volume fraction of spheres by which the cell is drawn; grains are put into a larger one, and come to rest at their own.
 const FRACTION_DENSE_SPHERES: f64 = 0.6;
@@ -55,9 +61,17 @@ pub enum Test {
     /// The height shrinks, nothing else does.
     Uniaxial,
     /// Shear along x to this strain; the normal stress along y is kept, the other edges too.
-    Shear { strain: f64 },
+    Shear {
+        /// At the end of the test.
+        strain: f64,
+    },
     /// Shear along x by a course; see [`Course`].
-    Sheared { course: Course, strain: f64 },
+    Sheared {
+        /// How it is sheared, or pressed.
+        course: Course,
+        /// At the end of [`Course::Once`], and the most at constant volume and in biaxial compression; others have their own.
+        strain: f64,
+    },
 }
 
 /// How a packing is sheared where hardening, unloading and volume are looked at.
@@ -78,7 +92,9 @@ pub enum Course {
 /// A stretch of a course: shear to a strain, with rows at this spacing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
+    /// Strain at its end; below that of the leg before where the shear turns.
     pub to: f64,
+    /// Strain between two rows.
     pub row: f64,
 }
 
@@ -117,7 +133,9 @@ pub struct Element<'a> {
     pub subject: &'a Subject,
     /// The job's law, or the same without cohesion.
     pub contact: Contact,
+    /// What is done to it.
     pub test: Test,
+    /// How many the packing has.
     pub grains: u64,
     /// Of the packing.
     pub seed: u64,
@@ -159,6 +177,7 @@ impl Row {
 }
 
 impl Test {
+    /// As names of jobs and files have it, without what tells packings and stresses apart.
     pub fn name(self) -> &'static str {
         match self {
             Self::Isotropic => "isotropic",

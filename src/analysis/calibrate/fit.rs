@@ -22,7 +22,9 @@ const FALL_LEAST: f64 = 2e-3;
 /// A law that follows tests, and the keys of its figures that stopped at a bound of the fit: the tests do not tell them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
+    /// K, G and, of grains that cohere, phi_cs as given; the rest as found.
     pub law: CriticalDruckerPrager,
+    /// As `[material]` of a job calls them; empty where the tests tell all.
     pub at_bound: Vec<&'static str>,
 }
 
@@ -33,6 +35,7 @@ pub struct Shear {
     pub axes: usize,
     /// Normal stress kept, Pa, compression positive.
     pub stress: f64,
+    /// By shear strain; the first one is the packing at rest, not sheared yet.
     pub rows: Vec<Row>,
 }
 
@@ -45,6 +48,7 @@ impl Shear {
 
 /// The law's response on the path of a shear test.
 pub struct Response {
+    /// At the strains of the test; `fraction` is the law's own Phi.
     pub rows: Vec<Row>,
     /// Volume over that at the start, by the law's flow.
     pub volumes: Vec<f64>,
@@ -55,6 +59,7 @@ pub fn pressure(row: &Row) -> f64 {
     row.pressure
 }
 
+/// The normal stress of a row along y, Pa, compression positive.
 pub fn axial(row: &Row) -> f64 {
     -row.stress[2]
 }
@@ -204,6 +209,7 @@ fn parameters(tests: &[&Shear], friction_critical: Option<f64>) -> [Parameter; 4
 pub struct Quality {
     /// Root mean square of the differences in tau/sigma_n and in Phi.
     pub friction_off: f64,
+    /// Root mean square of the differences in Phi.
     pub fraction_off: f64,
     /// Largest tau/sigma_n and its strain, of the grains' moving average and of the law.
     pub peak: [[f64; 2]; 2],
@@ -214,6 +220,7 @@ pub struct Quality {
 }
 
 impl Quality {
+    /// None where the law does not bear one of the tests.
     pub fn of(law: &CriticalDruckerPrager, tests: &[&Shear]) -> Option<Self> {
         let singles: Vec<Self> = tests.iter().map(|test| Self::of_test(law, test)).collect::<Option<_>>()?;
         let mean = |of: &dyn Fn(&Self) -> f64| singles.iter().map(of).sum::<f64>() / singles.len() as f64;

@@ -105,6 +105,7 @@ impl Calibration {
 }
 
 impl Fit {
+    /// Whether the fit stopped at a bound of this figure: the tests do not tell it.
     pub fn is_at_bound(&self, key: &Key) -> bool {
         self.at_bound.contains(&key.name)
     }

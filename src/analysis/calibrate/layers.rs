@@ -18,11 +18,14 @@ pub const STRETCH: f64 = 0.05;
 /// Shear between neighbouring layers over the mean, over the stretch of strain that ends here.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
+    /// Shear strain at the end of the stretch.
     pub strain: f64,
+    /// From the lowest layer up, each with the one above, the last with the first across the period; 1 where all shear alike.
     pub shares: Vec<f64>,
 }
 
 impl Profile {
+    /// Of the pair of layers that shears most; 0 where there are none.
     pub fn largest(&self) -> f64 {
         self.shares.iter().copied().fold(0.0, f64::max)
     }
@@ -36,6 +39,7 @@ pub struct Layers<S: Space> {
     strain: f64,
     began: f64,
     grains: Vec<Followed<S>>,
+    /// One for every stretch of strain that has ended.
     pub profiles: Vec<Profile>,
 }
 
@@ -48,6 +52,7 @@ struct Followed<S: Space> {
 }
 
 impl<S: Space> Layers<S> {
+    /// From the packing before it is sheared; `diameter_mean` in m.
     pub fn of(sample: &Sample<S>, diameter_mean: f64) -> Self {
         let height = sample.assembly.cell.height(1) / diameter_mean;
         let count = ((height / THICKNESS).round() as usize).max(COUNT_LEAST);

@@ -41,31 +41,44 @@ pub struct Wanted {
 /// The tests of one packing and what they say by themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Specimen {
+    /// Of the packing.
     pub seed: u64,
+    /// Compression of all edges alike: tells K.
     pub isotropic: Vec<Row>,
+    /// Compression along y alone: tells G, with K.
     pub uniaxial: Vec<Row>,
+    /// At a constant normal stress, with the contacts of the job.
     pub shear: Shear,
     /// Where grains cohere, that of the same packing without cohesion.
     pub dry: Option<Shear>,
+    /// To the tests of this packing alone.
     pub fit: Fit,
 }
 
 /// All tests, and the law that follows them all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
+    /// What was asked for.
     pub wanted: Wanted,
     /// Normal stress of the packings, Pa.
     pub stress: f64,
+    /// One a packing, by rising seed.
     pub specimens: Vec<Specimen>,
+    /// To the shear tests of all packings at once, with the means of their K and G.
     pub fit: Fit,
+    /// How that law follows the shear tests of all packings.
     pub quality: Quality,
 }
 
 /// One figure of the law, as a job calls it.
 pub struct Key {
+    /// As `[material]` of a job calls it.
     pub name: &'static str,
+    /// As files and reports print it.
     pub symbol: &'static str,
+    /// "Pa", "rad", or nothing.
     pub unit: &'static str,
+    /// Its value in a law, in `unit`: of friction the angle and not the tangent.
     pub of: fn(&CriticalDruckerPrager) -> f64,
     /// Table 2 of Chen et al. (2021).
     pub table_2: f64,
@@ -82,6 +95,7 @@ const NAMES: [&str; 7] = [
     "cohesion",
 ];
 
+/// All figures that the tests tell, in the order of files and tables.
 pub const KEYS: [Key; 7] = {
     const fn key([name, symbol, unit]: [&'static str; 3], of: fn(&CriticalDruckerPrager) -> f64, table_2: f64) -> Key {
         Key { name, symbol, unit, of, table_2 }

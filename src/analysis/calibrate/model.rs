@@ -10,6 +10,7 @@ const AT_BOUND: f64 = 1e-3;
 
 /// A law with `N` parameters that tests tell.
 pub trait Model<const N: usize> {
+    /// What the parameters make, and what is driven along the tests.
     type Law: LawOfAnySpace;
     /// The keys of its parameters, where they start, and their bounds.
     fn parameters(&self) -> [(&'static str, Parameter); N];
@@ -25,7 +26,9 @@ pub trait Model<const N: usize> {
 /// A test that a law shall follow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
+    /// The path of the test, and the state that it starts from.
     pub drive: Drive,
+    /// Of the grains; the law is compared at their strains.
     pub rows: Vec<Row>,
     /// Of each row, for the shear stress over the normal one and for the solid volume fraction.
     pub weights: Vec<[f64; 2]>,

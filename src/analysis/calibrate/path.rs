@@ -34,6 +34,7 @@ struct Point<'a, S: Space, L: MaterialLaw<S>> {
 pub enum Kept {
     /// The normal stress along y.
     NormalStress,
+    /// The volume: nothing stretches.
     Volume,
     /// The normal stress along x, in biaxial compression along y.
     LateralStress,
@@ -48,6 +49,7 @@ pub struct Drive {
     pub stress: f64,
     /// Solid volume fraction of the start.
     pub fraction: f64,
+    /// Tells the path too: simple shear, or biaxial compression.
     pub kept: Kept,
     /// Largest increment of shear strain.
     pub increment: f64,

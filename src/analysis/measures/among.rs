@@ -40,32 +40,42 @@ pub struct Who {
     /// Its place among the runs.
     #[serde(skip)]
     pub index: usize,
+    /// The place of its group among the groups.
     #[serde(skip)]
     pub number: usize,
+    /// Its label: name, and method where the name does not say it.
     pub run: String,
+    /// Name of its group.
     pub group: String,
+    /// None where the job has none.
     pub seed: Option<i64>,
+    /// Share of the continuum's motion that a hybrid's grains were trained with; none of other methods.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub training: Option<f64>,
 }
 
 /// A run with what it is compared by.
 pub struct Member<'a> {
+    /// As it was read from its folder.
     pub run: &'a Run,
+    /// How it is named.
     pub who: Who,
     /// Members of the same number are of the same specimen and test.
     pub case: usize,
 }
 
 impl Member<'_> {
+    /// Its place among the runs.
     pub fn index(&self) -> usize {
         self.who.index
     }
 
+    /// Whether it is of this method, as a job calls it: "dem", "mpm", "hybrid".
     pub fn is(&self, method: &str) -> bool {
         self.run.is(method)
     }
 
+    /// Of the last row of the series; zero where there is none.
     pub fn strain_end(&self) -> f64 {
         self.run.drive.values.last().copied().unwrap_or(0.0)
     }
@@ -79,6 +89,7 @@ impl Member<'_> {
 /// Runs that differ by their packing alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
+    /// By method and what it differs in from other groups.
     pub name: String,
     /// Members, in the order in which the runs were given.
     pub members: Vec<usize>,
@@ -86,13 +97,16 @@ pub struct Group {
 
 /// All runs that are measured together.
 pub struct Among<'a> {
+    /// In the order in which the runs were given.
     pub members: Vec<Member<'a>>,
+    /// In the order of their first members.
     pub groups: Vec<Group>,
     /// What makes a case another than that of the first run, a line each.
     pub apart: Vec<String>,
 }
 
 impl<'a> Among<'a> {
+    /// Sorts runs into cases, by specimen and test, and into groups, by all but the packing.
     pub fn of(runs: &'a [Run]) -> Self {
         let (mut cases, mut kinds): (Vec<&Run>, Vec<Table>) = (Vec::new(), Vec::new());
         let (mut apart, mut of) = (Vec::new(), Vec::new());
@@ -145,6 +159,7 @@ impl<'a> Among<'a> {
         self.members.iter().filter(move |member| member.case == case && member.is(method))
     }
 
+    /// In the order in which they were given, of all cases.
     pub fn hybrids(&self) -> impl Iterator<Item = &Member<'a>> {
         self.members.iter().filter(|member| member.is("hybrid"))
     }

@@ -27,46 +27,64 @@ const PIECES: usize = 3;
 /// The box of appendix A; lengths in mean diameters.
 #[derive(Clone, Debug, Serialize)]
 pub struct Box {
+    /// Its side across the band.
     pub thickness_d50: f64,
+    /// Its side along the band.
     pub length_d50: f64,
+    /// Degrees from the x axis to the band, in (-90, 90], to a tenth.
     pub slope_deg: f64,
 }
 
 /// A piece of the interval.
 #[derive(Clone, Debug, Serialize)]
 pub struct Piece {
+    /// Of its two frames.
     pub between_strains: [f64; 2],
+    /// None where there is no band, or where it is of the continuum.
     pub thickness_d50: Option<f64>,
+    /// Degrees from the x axis to the band; none where there is no band.
     pub slope_deg: Option<f64>,
 }
 
 /// The band of a run, measured in several ways; lengths in mean diameters, or in cells where there are no grains.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measured {
+    /// The run.
     #[serde(flatten)]
     pub who: Who,
     /// Of the two frames.
     pub between_strains: [f64; 2],
+    /// Of the box where sides are joined, else of the strongest strip; none without a band, or where it is of the continuum.
     pub thickness_d50: Option<f64>,
+    /// The same in edges of cells of the grid; none of grains alone.
     pub thickness_cells: Option<f64>,
     /// With one body in the band: what the box around centres leaves out.
     pub thickness_cells_with_bodies: Option<f64>,
+    /// Degrees from the x axis to the band, in (-90, 90], to a tenth.
     pub slope_deg: Option<f64>,
+    /// Side along the band.
     pub length_d50: Option<f64>,
+    /// Of the box or of the strip, m.
     pub centre_m: Option<[f64; 2]>,
-    /// Of the specimen's lower edge, m.
+    /// Height of the middle of the band above the specimen's lower edge, m.
     pub height_m: Option<f64>,
     /// Share of all strain that lies in it.
     pub share_of_strain: Option<f64>,
+    /// Up to three, equal in strain as nearly as frames allow; empty where no frame lies between.
     pub pieces: Vec<Piece>,
     /// Width at half of the largest mean strain.
     pub width_at_half_d50: Option<f64>,
+    /// The same in edges of cells; neither is told where sides are apart.
     pub width_at_half_cells: Option<f64>,
     /// Swelling of the band over the interval, and the solid volume fraction of its grains at the end.
     pub volume_strain: Option<f64>,
+    /// Solid volume fraction of the band's grains at the end; none where sides are joined, as is the swelling.
     pub packing_fraction_end: Option<f64>,
+    /// Around the most strained 2 % of the material, by area; none where the band is of the continuum.
     pub box_98th: Option<Box>,
+    /// The same of the most strained 3 %.
     pub box_97th: Option<Box>,
+    /// The same of the most strained 1 %.
     pub box_99th: Option<Box>,
     /// By the threshold of the same packing's grains alone, which is what the paper's words say.
     pub box_dem_threshold: Option<Box>,
@@ -74,10 +92,13 @@ pub struct Measured {
     pub inside_zone: Option<f64>,
     /// Share of all shear over the interval, by area, that is in a hybrid's zone.
     pub shear_inside_zone: Option<f64>,
+    /// Across which strain was measured.
     #[serde(skip)]
     pub span: Option<Span>,
+    /// Of the later frame, with their strain since the earlier one.
     #[serde(skip)]
     pub bodies: Vec<Valued>,
+    /// The box where sides are joined, else the strip; lengths in m.
     #[serde(skip)]
     pub band: Option<Band>,
     #[serde(skip)]
@@ -225,21 +246,31 @@ fn pieces(run: &Run, span: &Span, [from, to]: [usize; 2]) -> Result<Vec<Piece>, 
 /// Thicknesses of the packings of a group.
 #[derive(Clone, Debug, Serialize)]
 pub struct OfGroup {
+    /// Its name.
     pub group: String,
+    /// Those whose band has a thickness.
     pub packings: usize,
+    /// Over the packings.
     pub mean_d50: f64,
+    /// Of the thinnest band.
     pub least_d50: f64,
+    /// Of the thickest band.
     pub most_d50: f64,
 }
 
+/// The bands of all runs, each measured between the same strains.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bands {
+    /// As asked for, or the paper's shares of the strain that all runs reach; not before the last enrichment.
     pub between_strains: [f64; 2],
+    /// Groups with a band that has a thickness.
     pub groups: Vec<OfGroup>,
+    /// Those that have two frames between these strains, in the order in which the runs were given.
     pub runs: Vec<Measured>,
 }
 
 impl Bands {
+    /// By its place among the runs; none where it was not measured.
     pub fn of_run(&self, index: usize) -> Option<&Measured> {
         self.runs.iter().find(|measured| measured.who.index == index)
     }
@@ -264,6 +295,7 @@ fn interval(among: &Among, wanted: Option<[f64; 2]>) -> Result<[f64; 2], String>
     }
 }
 
+/// Between strains that are wanted, or those of the drive; an error where a frame cannot be read.
 pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Result<Found<Option<Bands>>, Error> {
     if among.members.iter().any(|member| member.run.span.is_none()) {
         return Ok(Found::nothing("Bands are measured in the plane, and not in a cell of grains.".to_owned()));

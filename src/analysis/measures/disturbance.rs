@@ -20,12 +20,15 @@ pub const STRAIN_AVERAGED: f64 = 0.0027;
 pub struct Disturbance {
     /// At the enrichment.
     pub strain: f64,
+    /// s, at the enrichment.
     pub time_s: f64,
+    /// Rows that a moving average is over.
     pub rows_averaged: usize,
     /// Mean of the last rows before, as many as are averaged over.
     pub before_pa: f64,
     /// Lowest moving average within [`STRAIN_DISTURBED`], and its fall as a share of the level before.
     pub lowest_average_pa: f64,
+    /// Lowest average over the level before, less 1: negative of a fall.
     pub drop: f64,
     /// Highest row, not averaged, within [`STRAIN_DISTURBED`].
     pub highest_row_pa: f64,
@@ -33,7 +36,7 @@ pub struct Disturbance {
     pub excursion: Option<f64>,
     /// Mean between [`STRAIN_DISTURBED`] and [`STRAIN_SETTLED`] after; none if the run ends before.
     pub settled_pa: Option<f64>,
-    /// Strain from enrichment to recovery: from its lowest point on, the moving average first reaches [`RECOVERED`] of
+    /// Strain from enrichment to recovery: from its lowest point on, the moving average first reaches `RECOVERED` of
     /// the settled level. Zero if it never was below.
     pub strain_until_recovered: Option<f64>,
 }
@@ -80,14 +83,18 @@ pub fn window(member: &Member) -> usize {
     ((STRAIN_AVERAGED / spacing).round() as usize).clamp(1, WINDOW)
 }
 
+/// A hybrid whose grains took the place of points.
 #[derive(Clone, Debug, Serialize)]
 pub struct Disturbed {
+    /// The hybrid.
     #[serde(flatten)]
     pub who: Who,
+    /// What it did to the stress.
     #[serde(flatten)]
     pub by: Disturbance,
 }
 
+/// Of all hybrids that got more grains; those that were to be enriched and were not are named among what is left out.
 pub fn measured(among: &Among) -> Found<Vec<Disturbed>> {
     let disturbed = |member: &Member| {
         let (row, at) = member.run.cut().zip(member.run.enrichment())?;

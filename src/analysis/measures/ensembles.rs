@@ -14,12 +14,16 @@ pub const WANTED: f64 = 0.05;
 /// One figure of a group of packings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ensemble {
+    /// The place of the group among the groups.
     #[serde(skip)]
     pub number: usize,
+    /// Its name.
     pub group: String,
     /// `peak_pa`, `peak_strain` or `residual_pa`, as of single runs.
     pub figure: &'static str,
+    /// Those of different seeds.
     pub packings: usize,
+    /// Over the packings, in the unit of the figure.
     pub mean: f64,
     /// Standard deviation of one packing, by n - 1.
     pub deviation: f64,
@@ -31,6 +35,7 @@ pub struct Ensemble {
 
 type Figure = (&'static str, fn(&Level) -> f64);
 
+/// Of groups with two packings or more; one that is there twice counts once.
 pub fn measured(among: &Among, levels: &[Level]) -> Found<Vec<Ensemble>> {
     let figures: [Figure; 3] = [
         ("peak_pa", |level| level.peak_pa),

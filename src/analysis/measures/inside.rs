@@ -23,8 +23,10 @@ const LAYER_DIAMETERS: f64 = 3.0;
 /// A hybrid over the strain in its zone, and the grains alone of its packing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inside {
+    /// The hybrid.
     #[serde(flatten)]
     pub who: Who,
+    /// Label of the run of grains alone.
     pub against: String,
     /// Of the zone's edges.
     pub heights_m: [f64; 2],
@@ -32,7 +34,9 @@ pub struct Inside {
     pub difference: Option<Difference>,
     /// Where the grains alone shear most.
     pub heights_sheared_most_m: [f64; 2],
+    /// From the grains alone, over the strain between those heights.
     pub difference_sheared_most: Option<Difference>,
+    /// The place of the grains alone among the runs.
     #[serde(skip)]
     pub partner: usize,
     /// Of the hybrid, of the same material, and of where the grains alone shear most.
@@ -116,6 +120,7 @@ fn compare(hybrid: &Member, partner: &Member, averages: &[Averaged], heights: [f
     })
 }
 
+/// `averages` are those of all members, in their order; an error where a frame cannot be read.
 pub fn measured(among: &Among, averages: &[Averaged]) -> Result<Found<Vec<Inside>>, Error> {
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
     for hybrid in among.to_be_enriched() {

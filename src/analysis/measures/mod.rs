@@ -25,7 +25,9 @@ use among::{Among, Member};
 /// What was measured, and why some of it is not there, a line each.
 #[derive(Clone, Debug, Default)]
 pub struct Found<T> {
+    /// Empty, or none, where nothing was measured.
     pub of: T,
+    /// Sentences for a reader.
     pub left_out: Vec<String>,
 }
 
@@ -43,15 +45,25 @@ impl<T: Default> Found<T> {
 
 /// All that is measured.
 pub struct Measures<'a> {
+    /// The runs, and who is compared with whom.
     pub among: Among<'a>,
+    /// Moving averages, peaks, and differences from grains alone.
     pub stress: Found<stress::Stress>,
+    /// Peak and softening of each run whose stress rises above zero.
     pub levels: Found<Vec<stress::Level>>,
+    /// Of groups with two packings or more.
     pub ensembles: Found<Vec<ensembles::Ensemble>>,
+    /// None in space and in a cell of grains, and where there is no interval of strain to measure between.
     pub bands: Found<Option<bands::Bands>>,
+    /// Of runs with a volume strain of the whole, of a band or of a zone.
     pub volume: Found<Vec<volume::Volume>>,
+    /// Of enriched hybrids in planar shear; else empty.
     pub trained: Found<Vec<trained::Trained>>,
+    /// Of hybrids in which grains took the place of points.
     pub disturbance: Found<Vec<disturbance::Disturbed>>,
+    /// Of enriched hybrids in planar shear, each with grains alone of its packing; else empty.
     pub inside: Found<Vec<inside::Inside>>,
+    /// Of hybrids with grains and points, each with grains alone of its packing.
     pub speed: Found<Vec<speed::Speed>>,
 }
 
@@ -99,6 +111,7 @@ impl<'a> Measures<'a> {
         self.disturbance.of.iter().find(|disturbed| disturbed.who.index == index)
     }
 
+    /// Of one run, by its place among the runs; none where it has none.
     pub fn level(&self, index: usize) -> Option<&stress::Level> {
         self.levels.of.iter().find(|level| level.who.index == index)
     }

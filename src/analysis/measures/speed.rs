@@ -121,8 +121,10 @@ fn phase(run: &Run, name: &str) -> f64 {
 /// Speed-ups of a hybrid over grains alone.
 #[derive(Clone, Debug, Serialize)]
 pub struct Speed {
+    /// The hybrid.
     #[serde(flatten)]
     pub who: Who,
+    /// Label of the run of grains alone.
     pub against: String,
     /// Ranks and threads of both.
     pub ranks_x_threads: [String; 2],
@@ -132,17 +134,24 @@ pub struct Speed {
     pub after_enrichment: Option<f64>,
     /// Share of coupling in the hybrid's time of steps.
     pub coupling_share: f64,
+    /// None where the runs do not tell all of its arguments.
     pub formula: Option<Formula>,
 }
 
 /// The formula's arguments and its result: C_D, C_C and what tells it, N_D, T_D/T.
 #[derive(Clone, Debug, Serialize)]
 pub struct Formula {
+    /// C_D, s.
     pub c_d_s: f64,
+    /// C_C, s.
     pub c_c_s: f64,
+    /// Label of the run of the continuum alone, or that they are the hybrid's own phases.
     pub c_c_from: String,
+    /// N_D.
     pub n_d: f64,
+    /// T_D/T.
     pub zone_share: f64,
+    /// What the formula gives.
     pub speed_up: f64,
 }
 
@@ -234,6 +243,7 @@ fn compare(among: &Among, hybrid: &Member, partner: &Member) -> Result<Option<Sp
     }))
 }
 
+/// Of hybrids with grains and points, each against grains alone of its packing; others are passed over.
 pub fn measured(among: &Among) -> Result<Found<Vec<Speed>>, Error> {
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
     for hybrid in among.hybrids().filter(|member| member.run.has_both_from().is_some()) {

@@ -24,9 +24,13 @@ pub enum Kind {
 /// A comparison of two curves by name.
 #[derive(Clone, Debug, Serialize)]
 pub struct Compared {
+    /// Name of a run, or of a group and its mean.
     pub of: String,
+    /// The same of the reference.
     pub against: String,
+    /// What the two have in common.
     pub kind: Kind,
+    /// Of the one from the reference.
     #[serde(flatten)]
     pub difference: Difference,
 }
@@ -34,12 +38,16 @@ pub struct Compared {
 /// Highest moving average of a whole run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Peak {
+    /// The run.
     #[serde(flatten)]
     pub who: Who,
+    /// Pa.
     pub peak_pa: f64,
+    /// Strain there.
     pub peak_strain: f64,
 }
 
+/// Curves of stress over strain, and how far they are apart.
 #[derive(Clone, Debug, Serialize)]
 pub struct Stress {
     /// The body that presses, where there is one.
@@ -47,9 +55,12 @@ pub struct Stress {
     pub body: Option<String>,
     /// That averages are over.
     pub window_s: f64,
+    /// Way of the drive that is a strain of one, m; none of a cell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub metres_of_strain_one: Option<f64>,
+    /// From grains alone, between means of packings, and between grains alone of several packings.
     pub differences: Vec<Compared>,
+    /// One a run, in their order.
     pub peaks: Vec<Peak>,
     /// Of every run.
     #[serde(skip)]
@@ -69,6 +80,7 @@ pub fn averages(among: &Among) -> (f64, Vec<Averaged>) {
     (window, among.members.iter().zip(rows).map(averaged).collect())
 }
 
+/// Compares between strains that are wanted, or wherever both curves are; not before [`Among::compared_from`].
 pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Found<Stress> {
     let (window, averages) = averages(among);
     let spread = |group: &Group| {
@@ -156,23 +168,32 @@ fn differences(
 /// A run's peak and its level over the last part of the strain that all runs have in common, and how it ended.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
+    /// The run.
     #[serde(flatten)]
     pub who: Who,
+    /// Highest moving average, Pa, up to the strain that all runs reach.
     pub peak_pa: f64,
+    /// Strain there.
     pub peak_strain: f64,
+    /// Mean of the moving average over the last part of that strain, Pa.
     pub residual_pa: f64,
+    /// The last part; its share of the whole is that of the paper's interval for bands.
     pub residual_between_strains: [f64; 2],
     /// Fall from the peak as a share of it.
     pub softening: f64,
     /// Of the last rows.
     pub stress_end_pa: f64,
+    /// Of the last row.
     pub strain_end: f64,
+    /// Of the last row, dilation positive; none where the series has none.
     pub volume_strain_end: Option<f64>,
     /// Over the second half of the run, rows one by one.
     pub normal_stress_pa: Option<f64>,
+    /// Standard deviation of the same, Pa.
     pub normal_stress_deviation_pa: Option<f64>,
 }
 
+/// `averages` are those of all members, in their order; runs without a stress above zero have no level.
 pub fn levels(among: &Among, averages: &[Averaged]) -> Found<Vec<Level>> {
     let [end, _] = among.ends();
     let of_paper = among.members[0].run.drive.interval;

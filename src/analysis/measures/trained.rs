@@ -18,11 +18,15 @@ const SHARED_LEAST: f64 = 0.99;
 /// A hybrid's packing and the same region of the grains alone.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trained {
+    /// The hybrid.
     #[serde(flatten)]
     pub who: Who,
+    /// Label of the run of grains alone.
     pub against: String,
+    /// The place of the grains alone among the runs.
     #[serde(skip)]
     pub partner: usize,
+    /// Where the hybrid's inner grains began.
     #[serde(skip)]
     pub zone: Zone,
     /// Horizontal strain of the enrichment.
@@ -31,9 +35,11 @@ pub struct Trained {
     pub shear_stress_grains_pa: f64,
     /// The same at the end of training and of the points before, from the summary.
     pub shear_stress_end_of_training_pa: Option<f64>,
+    /// Of the points before they were replaced, Pa; none where the summary does not tell it.
     pub shear_stress_points_pa: Option<f64>,
     /// Of the region in the grains alone at the same strain.
     pub shear_stress_region_pa: f64,
+    /// The hybrid's mean over that of the region, less 1.
     pub off: f64,
     /// Share of the hybrid's grains that are the grains alone, too: all in the same packing.
     pub grains_in_common: f64,
@@ -106,6 +112,7 @@ fn compare(among: &Among, hybrid: &Member) -> Result<Result<Trained, String>, Er
     }))
 }
 
+/// Of hybrids that were to be enriched; those that cannot be compared are named among what is left out, and why.
 pub fn measured(among: &Among) -> Result<Found<Vec<Trained>>, Error> {
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
     for hybrid in among.to_be_enriched() {

@@ -18,7 +18,9 @@ use crate::base::error::Error;
 /// Volume strain of some bodies of a run, at frames from one strain on.
 #[derive(Clone, Debug)]
 pub struct Swelling {
+    /// Of the run at each frame, rising.
     pub strain: Vec<f64>,
+    /// Change of the bodies' area since the first frame as a share of it, dilation positive.
     pub volume: Vec<f64>,
 }
 
@@ -50,17 +52,26 @@ impl Swelling {
 /// Volume strains at three strains: where bands are measured from and to, and at the common end.
 #[derive(Clone, Debug, Serialize)]
 pub struct Volume {
+    /// The run.
     #[serde(flatten)]
     pub who: Who,
+    /// At which volume strain is told; without bands the first is half of the common end, and the second that end.
     pub strains: [f64; 3],
+    /// Of the whole, dilation positive; none where the series has none there.
     pub volume_strain: [Option<f64>; 3],
+    /// Strain from which that of the band is counted; none where it has none.
     pub band_since_strain: Option<f64>,
+    /// Of what lies in the strongest strip, since then.
     pub volume_strain_band: Option<[Option<f64>; 3]>,
     /// Of the grains that first replaced points in a hybrid, since then, and of the very same grains where they are alone.
     pub zone_since_strain: Option<f64>,
+    /// Label of the run of grains alone.
     pub zone_alone_in: Option<String>,
+    /// Of the hybrid's grains; none at a strain that frames do not reach.
     pub volume_strain_zone: Option<[Option<f64>; 3]>,
+    /// Of the same grains where they are alone.
     pub volume_strain_zone_alone: Option<[Option<f64>; 3]>,
+    /// Of what lies in the strongest strip, frame by frame.
     #[serde(skip)]
     pub band: Option<Swelling>,
     /// The zone's, that of the same grains alone, and which run that is.
@@ -110,6 +121,7 @@ fn are_same(grains: &[Body], others: &Snapshot, diameter: f64) -> bool {
     grains.iter().all(is_there)
 }
 
+/// Without bands from half of the strain that all runs reach on; an error where a frame cannot be read.
 pub fn measured(among: &Among, bands: Option<&Bands>) -> Result<Found<Vec<Volume>>, Error> {
     let since = among.enriched().fold(0.0, f64::max);
     let [end, _] = among.ends();

@@ -11,29 +11,45 @@ mod range;
 pub use description::Description;
 pub use range::Range;
 
+/// A pure number.
 pub const RATIO: Dimension = Dimension::RATIO;
+/// rad.
 pub const ANGLE: Dimension = Dimension::ANGLE;
+/// m.
 pub const LENGTH: Dimension = Dimension::LENGTH;
+/// m/s.
 pub const SPEED: Dimension = Dimension::SPEED;
+/// s.
 pub const TIME: Dimension = Dimension::TIME;
+/// kg.
 pub const MASS: Dimension = Dimension::MASS;
+/// N.
 pub const FORCE: Dimension = Dimension::FORCE;
+/// Pa.
 pub const STRESS: Dimension = Dimension::STRESS;
+/// kg/m3.
 pub const DENSITY: Dimension = Dimension::DENSITY;
+/// N/m.
 pub const STIFFNESS: Dimension = Dimension::STIFFNESS;
+/// N s/m.
 pub const DAMPING: Dimension = Dimension::DAMPING;
+/// Finite and more than 0.
 pub const POSITIVE: Range = Range::POSITIVE;
+/// Finite, 0 or more.
 pub const NOT_NEGATIVE: Range = Range::NOT_NEGATIVE;
 
 /// A key of a table.
 #[derive(Clone, Debug)]
 pub struct Key {
+    /// As it is typed left of the equals sign, without its table.
     pub name: &'static str,
     /// What it means, as a part of a sentence.
     pub about: &'static str,
     /// As it would be typed right of the equals sign; of a vector one component, or all of those in the plane.
     pub example: &'static str,
+    /// Kind of its value, with dimension and bounds.
     pub wants: Wants,
+    /// Required where nothing else is said, as [`key`] makes it.
     pub default: DefaultValue,
     /// Which choices of which other keys it belongs to; to all where there are none.
     pub owners: Vec<Owner>,
@@ -42,7 +58,9 @@ pub struct Key {
 /// A choice of a selector, such as `law` and `linear`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Owner {
+    /// Name of the key that chooses, in the same table.
     pub selector: &'static str,
+    /// One of the words that it may be given.
     pub choice: &'static str,
 }
 
@@ -68,8 +86,10 @@ impl DefaultValue {
     }
 }
 
+/// What is to be typed right of the equals sign.
 #[derive(Clone, Debug)]
 pub enum Wants {
+    /// Words in quotes, not empty, or a path. Of a choice or of tables it stands in until [`Description`] has met them.
     Text,
     /// One of these words.
     Choice(Vec<&'static str>),
@@ -79,6 +99,7 @@ pub enum Wants {
     Flags,
     /// A whole number between two bounds, both allowed.
     Count(u64, u64),
+    /// A quantity of that dimension, its bounds in SI units.
     Number(Dimension, Range),
     /// A number for each axis.
     Vector(Dimension),
@@ -103,28 +124,35 @@ pub enum Wants {
 pub struct Table {
     /// `contact`, or `body.servo` of one within another.
     pub name: String,
+    /// What it is for, as a part of a sentence.
     pub about: &'static str,
     /// Written as `[[name]]`, any number of times.
     pub many: bool,
+    /// Each once, in the order in which they are declared.
     pub keys: Vec<Key>,
 }
 
+/// A key that must be typed and belongs to all choices.
 pub const fn key(name: &'static str, about: &'static str, wants: Wants, example: &'static str) -> Key {
     Key { name, about, example, wants, default: DefaultValue::Required, owners: Vec::new() }
 }
 
+/// A required key of words in quotes.
 pub const fn text(name: &'static str, about: &'static str, example: &'static str) -> Key {
     key(name, about, Wants::Text, example)
 }
 
+/// A required key that is `true` or `false`.
 pub const fn flag(name: &'static str, about: &'static str, example: &'static str) -> Key {
     key(name, about, Wants::Flag, example)
 }
 
+/// A required key of a whole number from `min` to `max`, both allowed.
 pub const fn count(name: &'static str, about: &'static str, (min, max): (u64, u64), example: &'static str) -> Key {
     key(name, about, Wants::Count(min, max), example)
 }
 
+/// A required key of a quantity, `range` in SI units.
 pub const fn number(
     name: &'static str,
     about: &'static str,
@@ -135,6 +163,7 @@ pub const fn number(
     key(name, about, Wants::Number(dimension, range), example)
 }
 
+/// A required key of a finite quantity for each axis.
 pub const fn vector(name: &'static str, about: &'static str, dimension: Dimension, example: &'static str) -> Key {
     key(name, about, Wants::Vector(dimension), example)
 }
@@ -190,6 +219,7 @@ impl Key {
 }
 
 impl Table {
+    /// None where it has no key of that name.
     pub fn key(&self, name: &str) -> Option<&Key> {
         self.keys.iter().find(|key| key.name == name)
     }
@@ -221,6 +251,7 @@ impl Table {
         })
     }
 
+    /// Names of its keys for a message: `friction, stiffness`.
     pub fn key_list(&self) -> String {
         let names: Vec<&str> = self.keys.iter().map(|key| key.name).collect();
         names.join(", ")
@@ -232,18 +263,27 @@ impl Table {
 pub trait Form {
     /// Components that a vector has: 2 in the plane, 3 in space.
     fn axes(&self) -> usize;
+    /// 2 in the plane, 3 in space; for what is visited from here on.
     fn set_axes(&mut self, axes: usize);
+    /// In SI units, within the range of the key.
     fn number(&mut self, value: &mut f64, key: Key);
+    /// The same, none where it is not typed.
     fn number_if_given(&mut self, value: &mut Option<f64>, key: Key);
+    /// As [`Form::vector`], none where it is not typed.
     fn vector_if_given(&mut self, value: &mut Option<[f64; 3]>, key: Key);
+    /// As [`Form::spin`], none where it is not typed.
     fn spin_if_given(&mut self, value: &mut Option<[f64; 3]>, key: Key);
+    /// A whole number within the bounds of the key.
     fn count(&mut self, value: &mut u64, key: Key);
+    /// `true` or `false`.
     fn flag(&mut self, value: &mut bool, key: Key);
     /// A truth value for each axis; beyond them false.
     fn flags(&mut self, value: &mut [bool; 3], key: Key);
+    /// Words in quotes, not empty.
     fn text(&mut self, value: &mut String, key: Key);
     /// Relative ones start from the folder of the job.
     fn path(&mut self, value: &mut PathBuf, key: Key);
+    /// As [`Form::path`], none where it is not typed.
     fn path_if_given(&mut self, value: &mut Option<PathBuf>, key: Key);
     /// A number for each axis; beyond them zero.
     fn vector(&mut self, value: &mut [f64; 3], key: Key);
@@ -261,6 +301,7 @@ pub trait Form {
     fn choice(&mut self, chosen: usize, noun: &str, names: &[&'static str], key: Key) -> std::ops::Range<usize>;
     /// Keys from here on belong to a choice, until [`Form::leave`].
     fn enter(&mut self, owner: Owner);
+    /// Ends what the last [`Form::enter`] began.
     fn leave(&mut self);
     /// A table of its own, where there is one; whether it was visited. Tables come last among the keys of a table.
     fn table(&mut self, is_there: bool, key: Key, about: &'static str, inside: &mut dyn FnMut(&mut dyn Form)) -> bool;
@@ -276,6 +317,7 @@ pub trait Form {
     fn is_needed(&self) -> bool;
     /// Notes a mistake at a key, or at the table as a whole.
     fn note(&mut self, key: &str, problem: &str);
+    /// A mistake of the table as a whole; none is noted of one that was not typed.
     fn note_table(&mut self, problem: &str);
 }
 

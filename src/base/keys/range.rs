@@ -3,25 +3,34 @@
 /// Bounds of a number; an open bound is not itself allowed.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
+    /// In the SI unit of the number; minus infinity where there is no bound.
     pub min: f64,
+    /// In the SI unit of the number; infinity where there is no bound.
     pub max: f64,
+    /// Whether `min` itself is refused.
     pub min_open: bool,
+    /// Whether `max` itself is refused.
     pub max_open: bool,
 }
 
 impl Range {
+    /// Finite and more than 0.
     pub const POSITIVE: Self = Self::new(0.0, f64::INFINITY, true, true);
+    /// Finite, 0 or more.
     pub const NOT_NEGATIVE: Self = Self::new(0.0, f64::INFINITY, false, true);
+    /// Any finite number.
     pub const ANY: Self = Self::new(f64::NEG_INFINITY, f64::INFINITY, true, true);
 
     const fn new(min: f64, max: f64, min_open: bool, max_open: bool) -> Self {
         Self { min, max, min_open, max_open }
     }
 
+    /// Both bounds are allowed.
     pub const fn closed(min: f64, max: f64) -> Self {
         Self::new(min, max, false, false)
     }
 
+    /// Neither bound is allowed.
     pub const fn open(min: f64, max: f64) -> Self {
         Self::new(min, max, true, true)
     }
@@ -36,6 +45,7 @@ impl Range {
         Self::new(min, max, true, false)
     }
 
+    /// Never true of NaN.
     pub fn contains(&self, value: f64) -> bool {
         let above = if self.min_open { value > self.min } else { value >= self.min };
         let below = if self.max_open { value < self.max } else { value <= self.max };

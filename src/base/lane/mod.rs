@@ -21,18 +21,23 @@ pub const LANES: usize = 8;
 
 /// Numbers that [`Pack::picked`] picks from.
 pub type Table = [f64; TABLE];
+/// Four registers of eight numbers with AVX-512; the 27 images of a cell in space fit in.
 pub const TABLE: usize = 32;
 
 /// Work that is done with whatever registers the processor has.
 pub trait Packed {
+    /// What the work comes to.
     type Outcome;
+    /// Does it in the registers of `P`.
     fn run<P: Pack>(self) -> Self::Outcome;
 }
 
 /// Work in registers that are chosen already, a function of its own: what does not ask which law or functions a job has is
 /// compiled once and not for each of them. All that it calls must be inlined into it, or entered ([`Pack::enter`]).
 pub trait Kernel<P> {
+    /// What the work comes to.
     type Outcome;
+    /// Does it; [`Pack::enter`] calls it where `P` has its registers.
     fn run(self) -> Self::Outcome;
 }
 
@@ -63,32 +68,44 @@ pub trait Real:
     type Mask: Copy;
     /// Lanes.
     const COUNT: usize;
+    /// `[f64; COUNT]`.
     type Numbers: Copy + AsRef<[f64]> + AsMut<[f64]>;
 
+    /// The same number in every lane.
     fn splat(value: f64) -> Self;
+    /// Correctly rounded; NaN of a number below 0.
     fn sqrt(self) -> Self;
+    /// Clears the sign, of -0.0 too.
     fn abs(self) -> Self;
+    /// The largest whole number that is not above.
     fn floor(self) -> Self;
     /// The smaller of two ordered numbers; where one is no number, `other`.
     fn min(self, other: Self) -> Self;
+    /// The larger of two ordered numbers; where one is no number, `other`.
     fn max(self, other: Self) -> Self;
     /// `self > other`.
     fn above(self, other: Self) -> Self::Mask;
+    /// Where `a` and `b` hold.
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Where `a` or `b` holds, or both.
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// `yes` where the mask holds, `no` elsewhere.
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// Whether a mask holds in a lane, and in any.
     fn holds(mask: Self::Mask, lane: usize) -> bool;
+    /// Whether it holds in one lane at least.
     fn any(mask: Self::Mask) -> bool;
     /// The lanes one by one, and back.
     fn numbers(self) -> Self::Numbers;
+    /// Number `i` goes to lane `i`.
     fn of_numbers(numbers: &Self::Numbers) -> Self;
 }
 
 /// Eight numbers in step that can be brought from memory and back.
 pub trait Pack: Real<Numbers = [f64; LANES]> {
+    /// Number `i` goes to lane `i`; aligned as one `f64` is.
     fn load(from: &[f64; LANES]) -> Self;
+    /// Lane `i` goes to number `i`; aligned as one `f64` is.
     fn store(self, to: &mut [f64; LANES]);
     /// Calls the kernel as a function that is compiled for these registers.
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome;
@@ -255,6 +272,7 @@ impl Instructions {
         }
     }
 
+    /// `portable`, `avx2` or `avx512`, as `SCREE_INSTRUCTIONS` has it.
     pub fn name(self) -> &'static str {
         match self.0 {
             Known::Portable => "portable",

@@ -34,15 +34,18 @@ pub struct Kept {
     pub step: u64,
     /// kg, N s.
     pub mass: f64,
+    /// N s, against the mean field of the cell, of what moves freely.
     pub momentum: [f64; 3],
     /// Kinetic and elastic, J.
     pub energy: f64,
     /// What bodies had given until then, N s, and the work that they had done, J.
     pub by_bodies: [f64; 3],
+    /// J, positive where bodies have put energy in.
     pub work: f64,
     /// Impulse of faces, bodies, loads and membranes on nodes since then, up to when it was last taken, N s; and the sizes of its parts
     /// together.
     pub through_nodes: [f64; 3],
+    /// N s.
     pub through_nodes_sizes: f64,
 }
 
@@ -73,7 +76,9 @@ impl Record for Kept {
 pub struct Holdings {
     /// kg, N s, and the sum of all speeds times masses, to which errors of momentum are compared.
     pub mass: f64,
+    /// N s, against the mean field of the cell, of what moves freely.
     pub momentum: [f64; 3],
+    /// N s.
     pub motion: f64,
     /// Kinetic and elastic, J.
     pub energy: f64,
@@ -82,11 +87,15 @@ pub struct Holdings {
 /// Of a run so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Conservation {
+    /// At the start of the run, or of a branch of it.
     pub start: Kept,
+    /// At the end of the steps done.
     pub now: Holdings,
     /// Impulses on what moves freely, N s.
     pub by_bodies: [f64; 3],
+    /// Of faces, bodies among points, loads and membranes.
     pub by_nodes: [f64; 3],
+    /// M g t, t in times of the full strength of gravity.
     pub by_gravity: [f64; 3],
     /// Sizes of all of them together, body by body, N s: those of two plates may all but cancel.
     pub impulses: f64,
@@ -96,6 +105,7 @@ pub struct Conservation {
     pub work: Option<f64>,
     /// Energy told apart, where an account of it is kept.
     pub grains: Option<Balance>,
+    /// The same of points or elements; none as well where energies of the last step were not wanted.
     pub points: Option<PointBalance>,
 }
 

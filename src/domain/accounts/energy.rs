@@ -16,7 +16,9 @@ pub struct Energies {
     pub kinetic_rotation: f64,
     /// Springs of contacts.
     pub elastic_grains: f64,
+    /// Translation of points, without affine fields.
     pub kinetic_points: f64,
+    /// Stored by the law of the material; that of hourglass modes is not in it.
     pub elastic_points: f64,
 }
 

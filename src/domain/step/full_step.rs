@@ -30,9 +30,11 @@ pub struct FullStep<S: Space> {
 pub struct GrainNow<S: Space> {
     /// m/s, rad/s; of the image that the state has.
     pub velocity: S::Vector,
+    /// rad/s.
     pub spin: S::Spin,
     /// N, N m; of a grain that shares nodes with points, by its weight.
     pub force: S::Vector,
+    /// N m.
     pub torque: S::Spin,
 }
 

@@ -24,9 +24,11 @@ use crate::rve::{Drive, Events, Frame, PointRve, Scratch};
 /// What an RVE has come through, though the run goes on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RveEvent {
+    /// Whose RVE it is.
     pub point: PointId,
     /// Of the point, m.
     pub place: [f64; 3],
+    /// Within one step of the continuum; at least one of them has come about.
     pub events: Events,
     /// Of the stress of one that was renewed, as a share of it.
     pub jump: f64,

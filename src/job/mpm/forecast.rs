@@ -48,9 +48,13 @@ pub struct UnitCosts {
 /// What a row of the series, a frame and a checkpoint take, s, of a world of so many grains and points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outputs {
+    /// Grains and points of that world.
     pub rows: f64,
+    /// s.
     pub row: f64,
+    /// s.
     pub frame: f64,
+    /// s.
     pub checkpoint: f64,
 }
 
@@ -94,15 +98,19 @@ impl UnitCosts {
 /// A job's rows at its costliest time and what it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
+    /// Points or elements that grains do not stand for.
     pub points: f64,
+    /// Those of the zone, or of all of the material; those of RVEs do not count.
     pub grains: f64,
     /// Share of the material that grains take the place of.
     pub zone: f64,
     /// Of compressing a packing in a cell and of equilibrating the specimen, where neither is in the cache yet, s.
     pub piece: f64,
+    /// s.
     pub specimen: f64,
     /// Of a grain and of a point in a step of each, s; zero where there are none.
     pub cost_of_grain: f64,
+    /// s.
     pub cost_of_point: f64,
     /// Of the steps, s; a hybrid is taken as enriched from the start.
     pub steps: f64,

@@ -10,12 +10,15 @@ use crate::mpm::penalty::{Coupling, Penalty};
 /// The grains of a material: what it is made of from the start, or where a band persists, or what a continuum alone stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Granular {
+    /// What of the material is grains, and when.
     pub method: Method,
     /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions, or stands at every point.
     pub piece: Assembly,
     /// Penalty springs of grains that share nodes with points or membranes.
     pub coupling: Coupling,
+    /// How grains take the place of points around a band.
     pub enrichment: Enrichment,
+    /// Where the grains of zones come from.
     pub reference: Origin,
     /// Where the material is a grain assembly at every point.
     pub rves: Rves,
@@ -47,6 +50,7 @@ pub enum Origin {
 }
 
 impl Origin {
+    /// As it is written in a job.
     pub fn name(self) -> &'static str {
         match self {
             Self::Specimen => "specimen",

@@ -287,6 +287,7 @@ impl Material {
 }
 
 impl InitialStress {
+    /// The keys of `[stress]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
         let kinds = [
             ("none", Self::None),

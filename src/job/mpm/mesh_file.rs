@@ -21,6 +21,7 @@ pub const COPY: &str = "run.msh";
 /// Elements of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
+    /// As the job names it, joined to the job's folder.
     pub path: PathBuf,
     /// Where it was found: there, or the copy of a run.
     pub read_from: PathBuf,
@@ -28,6 +29,7 @@ pub struct MeshFile {
     pub unit: f64,
     /// SHA-256 of its bytes, as hex digits; none before it is read.
     pub digest: String,
+    /// What it holds; empty before it is read.
     pub drawn: Arc<Drawn>,
 }
 
@@ -36,6 +38,7 @@ pub struct MeshFile {
 pub struct Drawn {
     /// m.
     pub vertices: Vec<[f64; 3]>,
+    /// Corners of each as indices of vertices, those of the plane in the first four.
     pub elements: Vec<Corners>,
     /// Groups that each element is in, a bit for each.
     pub groups: Vec<u32>,
@@ -52,6 +55,7 @@ pub struct Drawn {
 }
 
 impl MeshFile {
+    /// What it is before a job names a file: no path, in metres.
     pub fn blank() -> Self {
         Self {
             path: PathBuf::new(),

@@ -5,7 +5,7 @@
 
 use super::Output;
 use super::assembly::{Body, Shape};
-use crate::base::math::{PI, cos, sin};
+use crate::base::math::{PI, sin};
 use crate::couple::oracle::Oracle;
 use crate::law::material::ConstitutiveLaw;
 use crate::mpm::nonlocal::Nonlocal;
@@ -17,12 +17,14 @@ mod granular;
 mod keys;
 mod mesh;
 mod mesh_file;
+mod region;
 mod rves;
 pub mod surface;
 
 pub use granular::{Granular, KnownBands, Origin};
 pub use mesh::Mesh;
 pub use mesh_file::{COPY as MESH_COPY, Drawn, MeshFile};
+pub use region::{Region, RegionShape, Wave, polygon_area};
 pub use rves::Rves;
 
 /// The checked job of a continuum.
@@ -34,18 +36,26 @@ pub struct Mpm {
     pub grid: Grid,
     /// Where the continuum is one of elements.
     pub mesh: Option<Mesh>,
+    /// Shape functions, stress update and transfer, and points per cell.
     pub scheme: Scheme,
+    /// One for all regions.
     pub material: Material,
     /// Where material is at the start; of regions that overlap the first one in the job has the point.
     pub regions: Vec<Region>,
+    /// Under which points or elements begin.
     pub stress: InitialStress,
+    /// Of all the material, with its ramp.
     pub gravity: Gravity,
     /// Per axis its lower and its upper face. Both are [`Boundary::Periodic`] where the grid is, and [`Boundary::Free`]
     /// beyond its axes.
     pub boundaries: [[Boundary; 2]; 3],
+    /// On the surface of the material.
     pub loads: Vec<Load>,
+    /// In the plane alone.
     pub membranes: Vec<Membrane>,
+    /// Rigid, each with a name of its own.
     pub bodies: Vec<RigidBody>,
+    /// Points that have columns of their own in the series.
     pub follow: Vec<Followed>,
     /// Looks for a shear band, where one is wanted.
     pub oracle: Option<Watch>,
@@ -61,6 +71,7 @@ pub struct Mpm {
     pub end: f64,
     /// Edge of a block in cells; divides the cells along every periodic axis.
     pub cells_per_block: usize,
+    /// What is written and when.
     pub output: Output,
     /// An account of work and energy is kept, in columns of its own.
     pub ledger: bool,
@@ -73,11 +84,13 @@ pub struct Grid {
     pub dimension: usize,
     /// The walls, m. Cells of the job lie between them; what a method needs beyond is its own.
     pub lower: [f64; 3],
+    /// m.
     pub upper: [f64; 3],
     /// Edge of a cell, m.
     pub cell: f64,
     /// Whole cells between the walls; 1 beyond the grid's axes.
     pub cells: [usize; 3],
+    /// Whether each axis has a period, from `lower` to `upper`, and no walls.
     pub periodic: [bool; 3],
     /// Out-of-plane depth in two dimensions, m; 1 in three, where nothing looks at it.
     pub depth: f64,
@@ -88,85 +101,37 @@ pub struct Grid {
 pub struct Material {
     /// Density of the material with its pores at the start, kg/m3, whatever the solid volume fraction.
     pub density: f64,
+    /// With its constants.
     pub law: ConstitutiveLaw,
-}
-
-/// Material at the start.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Region {
-    pub shape: RegionShape,
-    /// Solid volume fraction that its points start with; 1 where it has none of its own. Mass does not follow it.
-    pub fraction: f64,
-    /// m/s, rad/s.
-    pub velocity: [f64; 3],
-    /// About the centre of the region.
-    pub spin: [f64; 3],
-    /// Added to the velocity.
-    pub waves: Vec<Wave>,
-    /// Grains taken out of the packing that its RVEs begin from.
-    pub grains_removed: u64,
-}
-
-/// A place on the lower or left border of a box belongs to it, one on the upper or right border does not.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RegionShape {
-    Box {
-        lower: [f64; 3],
-        upper: [f64; 3],
-    },
-    /// A disc in the plane.
-    Ball {
-        centre: [f64; 3],
-        radius: f64,
-    },
-    /// A simple polygon in the plane, in either sense.
-    Polygon {
-        vertices: Vec<[f64; 2]>,
-    },
-    /// Elements of a physical group of the mesh's file, by the bits of its name, and the box around their middles, m.
-    Group {
-        name: String,
-        bits: u32,
-        lower: [f64; 3],
-        upper: [f64; 3],
-    },
-}
-
-/// `amplitude sin(2 pi direction.(x - origin)/length)` of the velocity at the start.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wave {
-    /// Unit vector.
-    pub direction: [f64; 3],
-    /// m.
-    pub length: f64,
-    /// A place where it vanishes, m.
-    pub origin: [f64; 3],
-    /// m/s.
-    pub amplitude: [f64; 3],
 }
 
 /// Cauchy stress at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InitialStress {
+    /// Zero.
     None,
     /// Pa.
     Isotropic {
+        /// Pa, compression positive.
         pressure: f64,
     },
     /// Under gravity, which is along `axis`: `-(surcharge + density |g| depth)` along that axis, k0 times it across, with
     /// the depth below `surface`; no stress above it.
     Geostatic {
+        /// 0, 1 or 2.
         axis: usize,
         /// 1 where gravity points to lower coordinates, -1 where to higher ones: the way up.
         up: f64,
         /// Coordinate of the surface along the axis, m.
         surface: f64,
+        /// Stress across gravity over that along it.
         k0: f64,
         /// Pressure on the surface, Pa.
         surcharge: f64,
     },
 }
 
+/// Body force per mass, the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gravity {
     /// m/s2.
@@ -178,6 +143,7 @@ pub struct Gravity {
 /// What happens at a face of the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Boundary {
+    /// What leaves by it comes in by the face opposite.
     Periodic,
     /// No motion.
     Fixed,
@@ -185,6 +151,7 @@ pub enum Boundary {
     Roller,
     /// No motion into the wall; along it Coulomb friction against what presses.
     Friction {
+        /// mu.
         coefficient: f64,
     },
     /// Dashpots `density c` along and across the normal (Lysmer & Kuhlemeyer 1969).
@@ -196,7 +163,9 @@ pub enum Boundary {
 /// A face of the domain, or the side of material that looks that way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Face {
+    /// 0, 1 or 2: the normal's.
     pub axis: usize,
+    /// True where the outward normal points to larger coordinates.
     pub upper: bool,
 }
 
@@ -206,12 +175,15 @@ pub struct Face {
 /// bears the area of its side of that face (spacing, times spacing or depth).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
+    /// Side of the material that bears it, unless `group` does.
     pub face: Face,
     /// The physical group of sides of the mesh's file that bears it, in place of a face.
     pub group: Option<String>,
     /// Corners of the window, m.
     pub lower: [f64; 3],
+    /// m.
     pub upper: [f64; 3],
+    /// Traction or pressure, with its magnitude.
     pub kind: LoadKind,
     /// It rises linearly from zero over this time, s.
     pub ramp: f64,
@@ -219,6 +191,7 @@ pub struct Load {
     pub on_surface: bool,
 }
 
+/// What acts per area, once its ramp is over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadKind {
     /// Force per area of the start, Pa; neither turns nor grows with the surface.
@@ -230,7 +203,9 @@ pub enum LoadKind {
 /// An elastic membrane in the plane, pressed on from one side ([`crate::mpm::membrane`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Membrane {
+    /// Its columns in the series begin with it.
     pub name: String,
+    /// At the start.
     pub path: Path,
     /// The longest that a segment may be at the start, m; whole ones of one length make up the path.
     pub spacing: f64,
@@ -238,24 +213,31 @@ pub struct Membrane {
     pub mass_per_area: f64,
     /// Of a segment, N/m and N s/m.
     pub stiffness: f64,
+    /// Of a segment, N s/m.
     pub damping: f64,
     /// What segments bear at the start, N.
     pub tension: f64,
     /// Pa, pushing to the left of the way along the path, and the time over which it rises from zero, s.
     pub pressure: f64,
+    /// s; 0: all of the pressure from the start.
     pub ramp: f64,
 }
 
 /// Where a membrane is at the start, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Path {
+    /// Straight, with ends; its left is seen going from one to the other.
     Line {
+        /// m.
         from: [f64; 2],
+        /// m.
         to: [f64; 2],
     },
     /// Closed, counter-clockwise: its left is inside.
     Circle {
+        /// m.
         centre: [f64; 2],
+        /// m.
         radius: f64,
     },
 }
@@ -282,6 +264,7 @@ impl Membrane {
         }
     }
 
+    /// True of a circle, false of a line with ends.
     pub fn is_closed(&self) -> bool {
         matches!(self.path, Path::Circle { .. })
     }
@@ -313,13 +296,16 @@ impl Membrane {
 pub struct Watch {
     /// D50 of those grains, m.
     pub diameter: f64,
+    /// How a band is detected, and how often it is looked for.
     pub oracle: Oracle,
 }
 
 /// A rigid body that the material touches. A plane's normal points towards the material; no body is a layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
+    /// Name, shape and motion.
     pub body: Body,
+    /// How material moves along it.
     pub contact: BodyContact,
     /// Material may part from it; otherwise it is held along the normal in both senses.
     pub separates: bool,
@@ -327,6 +313,7 @@ pub struct RigidBody {
     pub at_face: bool,
     /// The side of the mesh that is fastened to it, or the physical group of sides of its file.
     pub side: Option<Face>,
+    /// In place of `side`; none where that says it, or nothing is fastened.
     pub group: Option<String>,
     /// Force that presses it on grains, along its first way, until they rest, before the run, N; zero: it stays where it is.
     pub seat: f64,
@@ -343,6 +330,7 @@ impl RigidBody {
     }
 }
 
+/// What a body does to the motion of material that touches it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BodyContact {
     /// Material moves with the body.
@@ -350,12 +338,16 @@ pub enum BodyContact {
     /// Material slides freely.
     Smooth,
     /// mu.
-    Coulomb { friction: f64 },
+    Coulomb {
+        /// Friction coefficient.
+        friction: f64,
+    },
 }
 
 /// The point nearest to a place at the start (of several the one of lowest id) has columns of its own in the series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Followed {
+    /// Its columns in the series begin with it.
     pub name: String,
     /// m.
     pub place: [f64; 3],
@@ -380,109 +372,6 @@ impl Grid {
     /// Extent along an axis, m.
     pub fn extent(&self, axis: usize) -> f64 {
         self.upper[axis] - self.lower[axis]
-    }
-}
-
-impl RegionShape {
-    /// Whether a place lies in it; of a group none does by itself.
-    pub fn contains(&self, place: &[f64; 3]) -> bool {
-        match self {
-            Self::Group { .. } => false,
-            Self::Box { lower, upper } => (0..3).all(|axis| {
-                // In the plane both corners are at z = 0.
-                lower[axis] == upper[axis] || (lower[axis]..upper[axis]).contains(&place[axis])
-            }),
-            Self::Ball { centre, radius } => {
-                let arm: [f64; 3] = std::array::from_fn(|axis| place[axis] - centre[axis]);
-                arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2] <= radius * radius
-            }
-            Self::Polygon { vertices } => polygon_contains(vertices, place),
-        }
-    }
-
-    /// Centre of the box or ball, centroid of the polygon, m.
-    pub fn centre(&self) -> [f64; 3] {
-        match self {
-            Self::Box { lower, upper } | Self::Group { lower, upper, .. } => {
-                std::array::from_fn(|axis| 0.5 * (lower[axis] + upper[axis]))
-            }
-            Self::Ball { centre, .. } => *centre,
-            Self::Polygon { vertices } => polygon_centre(vertices),
-        }
-    }
-}
-
-/// Pairs of vertices one after the other, the last with the first.
-fn edges(vertices: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
-    (0..vertices.len()).map(|at| (vertices[at], vertices[(at + 1) % vertices.len()]))
-}
-
-/// A ray to the right crosses the border an odd number of times.
-fn polygon_contains(vertices: &[[f64; 2]], place: &[f64; 3]) -> bool {
-    let crossed = edges(vertices).filter(|(from, to)| {
-        (from[1] > place[1]) != (to[1] > place[1])
-            && place[0] < from[0] + (to[0] - from[0]) * (place[1] - from[1]) / (to[1] - from[1])
-    });
-    crossed.count() % 2 == 1
-}
-
-/// Area with its sign: positive where the vertices go round against the clock, m2.
-pub fn polygon_area(vertices: &[[f64; 2]]) -> f64 {
-    edges(vertices).map(|(from, to)| 0.5 * (from[0] * to[1] - to[0] * from[1])).sum()
-}
-
-fn polygon_centre(vertices: &[[f64; 2]]) -> [f64; 3] {
-    let area = polygon_area(vertices);
-    let moment = |axis: usize| -> f64 {
-        edges(vertices).map(|(from, to)| (from[axis] + to[axis]) * (from[0] * to[1] - to[0] * from[1]) / 6.0).sum()
-    };
-    [moment(0) / area, moment(1) / area, 0.0]
-}
-
-impl Region {
-    /// Velocity at a place at the start, m/s.
-    pub fn velocity_at(&self, place: &[f64; 3]) -> [f64; 3] {
-        let centre = self.shape.centre();
-        let arm: [f64; 3] = std::array::from_fn(|axis| place[axis] - centre[axis]);
-        let turned = |axis: usize| {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            self.spin[next] * arm[last] - self.spin[last] * arm[next]
-        };
-        std::array::from_fn(|axis| {
-            let waves = self.waves.iter().map(|wave| wave.share_at(place) * wave.amplitude[axis]);
-            waves.fold(self.velocity[axis] + turned(axis), |sum, wave| sum + wave)
-        })
-    }
-
-    /// Its gradient there, 1/s: row by row the change of a component along each axis.
-    pub fn velocity_gradient_at(&self, place: &[f64; 3]) -> [[f64; 3]; 3] {
-        let [x, y, z] = self.spin;
-        let mut gradient = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
-        for wave in &self.waves {
-            let slope = wave.slope_at(place);
-            for (row, amplitude) in gradient.iter_mut().zip(wave.amplitude) {
-                row.iter_mut().zip(wave.direction).for_each(|(change, along)| *change += amplitude * along * slope);
-            }
-        }
-        gradient
-    }
-}
-
-impl Wave {
-    /// What the sine is taken of at a place.
-    fn phase_at(&self, place: &[f64; 3]) -> f64 {
-        let along = |axis: usize| self.direction[axis] * (place[axis] - self.origin[axis]);
-        2.0 * PI * (along(0) + along(1) + along(2)) / self.length
-    }
-
-    /// The sine at a place.
-    fn share_at(&self, place: &[f64; 3]) -> f64 {
-        sin(self.phase_at(place))
-    }
-
-    /// Its change along the wave, 1/m.
-    fn slope_at(&self, place: &[f64; 3]) -> f64 {
-        2.0 * PI / self.length * cos(self.phase_at(place))
     }
 }
 

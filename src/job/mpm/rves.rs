@@ -6,7 +6,9 @@ use crate::rve::drive::{Drive, Frame, Pace, Relaxation};
 /// How RVEs are made and driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rves {
+    /// How they follow an increment of deformation.
     pub drive: Drive,
+    /// What of the increment grains are driven by.
     pub frame: Frame,
     /// Different packings that points begin from; which has which is drawn by its id.
     pub packings: u64,
@@ -20,6 +22,7 @@ const INERTIAL_NUMBER: f64 = 5e-4;
 const RELAXATION_STEPS: u64 = 1000;
 
 impl Rves {
+    /// Of a job that says nothing of them.
     pub const DEFAULT: Self = Self {
         drive: Drive { pace: Pace::QuasiStatic { inertial_number: INERTIAL_NUMBER }, steps_min: 2, relaxation: None },
         frame: Frame::Full,

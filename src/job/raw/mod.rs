@@ -20,6 +20,7 @@ const STRANGE_MAX: usize = 20;
 /// A job whose values are not yet read.
 #[derive(Debug)]
 pub struct Typed {
+    /// What its tables make of it.
     pub kind: Kind,
     root: Node,
     file: String,

@@ -4,6 +4,7 @@ use super::{Answer, ContactLaw, Springs, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Space, Words};
 
+/// No force, whatever touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Absent;
 

@@ -41,7 +41,9 @@ impl Adhesion {
 /// A law whose grains adhere to each other.
 #[derive(Clone, Copy, Debug)]
 pub struct Adhesive<C> {
+    /// The law without the pull.
     pub law: C,
+    /// The pull, which every contact has.
     pub adhesion: Adhesion,
 }
 

@@ -23,6 +23,7 @@ pub trait Described {
     fn rolling(&self) -> Option<RollingResistance> {
         None
     }
+    /// What its stiffness depends on.
     fn stiffening(&self) -> Stiffening;
     /// The keys that its stiffness follows from, normal and tangential.
     fn keys_of_stiffness(&self) -> [&'static str; 2];
@@ -56,6 +57,7 @@ impl Force {
         ]
     };
 
+    /// The law as it tells of itself, whichever it is.
     pub fn described(&mut self) -> &mut dyn Described {
         match self {
             Self::Linear(law) => law,
@@ -79,8 +81,11 @@ impl Force {
 /// The contact law with its parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
+    /// Springs, dashpots and friction.
     pub force: Force,
+    /// None where rolling is not resisted, or where the law resists it by itself.
     pub rolling: Option<RollingResistance>,
+    /// None where surfaces do not attract each other.
     pub adhesion: Option<Adhesion>,
 }
 
@@ -149,6 +154,7 @@ impl Contact {
         of(self.force.described())
     }
 
+    /// What the stiffness of contacts depends on.
     pub fn stiffening(&self) -> Stiffening {
         self.told(|law| law.stiffening())
     }

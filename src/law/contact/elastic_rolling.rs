@@ -28,6 +28,7 @@ pub struct ElasticRolling {
     pub young_modulus: f64,
     /// Stiffness ratio k_t/k_n, which the paper calls nu.
     pub stiffness_ratio: f64,
+    /// mu, the Coulomb coefficient.
     pub friction: f64,
     /// beta: k_r = beta k_t r_i r_j; zero: grains roll freely.
     pub rolling_stiffness: f64,
@@ -37,10 +38,13 @@ pub struct ElasticRolling {
     pub sliding: Sliding,
 }
 
+/// What stretches the tangential spring.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sliding {
+    /// "surface": the velocity of surfaces with full radii.
     #[default]
     Surface,
+    /// "scaled": the same with its translational part times (r_i + r_j)/(r_i + r_j - d), and the spring turned to first order, as in YADE.
     Scaled,
 }
 

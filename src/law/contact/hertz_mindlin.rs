@@ -34,14 +34,18 @@ pub struct HertzMindlin {
     pub shear_modulus: f64,
     /// nu.
     pub poisson_ratio: f64,
+    /// mu, the Coulomb coefficient.
     pub friction: f64,
     /// Viscosity of contacts, N s/m.
     pub damping_normal: f64,
+    /// gamma_t, N s/m.
     pub damping_tangential: f64,
     /// zeta: dashpots of 2 sqrt(5/6) zeta sqrt(m k_n) beside those, both ways, with the effective mass m. In a job either this or
     /// the `restitution` that it gives at every speed.
     pub damping_ratio: f64,
+    /// Whether the normal dashpot may pull.
     pub normal_force: NormalForce,
+    /// What becomes of its elastic part while a contact opens.
     pub tangential_force: TangentialForce,
 }
 
@@ -59,6 +63,7 @@ impl TangentialForce {
     /// As jobs name them.
     pub const NAMES: [(&'static str, Self); 2] = [("incremental", Self::Incremental), ("rescaled", Self::Rescaled)];
 
+    /// As jobs name it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Incremental => "incremental",

@@ -19,6 +19,7 @@ use crate::base::space::{Components, Lanewise, Space, Words};
 /// The same with cohesion (Chen et al. 2021, 2.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearCohesive {
+    /// Springs, dashpots and friction, as without cohesion.
     pub linear: LinearSpringDashpot,
     /// e_n, N: a contact made once holds until k_n d < -e_n.
     pub cohesion_normal: f64,

@@ -32,6 +32,7 @@ pub struct LinearSpringDashpot {
     pub damping_tangential: f64,
     /// mu, the Coulomb coefficient.
     pub friction: f64,
+    /// Whether the normal dashpot may pull.
     pub normal_force: NormalForce,
 }
 

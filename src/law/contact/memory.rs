@@ -25,6 +25,7 @@ impl Memory {
         Self { words: [0.0; Self::WORDS_MAX], count }
     }
 
+    /// Of what a law remembers.
     pub fn of<M: Words<f64>>(memory: &M) -> Self {
         const { assert!(M::COUNT <= Self::WORDS_MAX) };
         let mut words = [0.0; Self::WORDS_MAX];
@@ -32,6 +33,7 @@ impl Memory {
         Self { words, count: M::COUNT }
     }
 
+    /// Of as many words as the law has. Panics where there are more than [`Self::WORDS_MAX`].
     pub fn of_words(words: &[f64]) -> Self {
         let mut memory = Self::blank(words.len());
         memory.words_mut().copy_from_slice(words);
@@ -44,14 +46,17 @@ impl Memory {
         M::of_words(&self.words)
     }
 
+    /// As many as the law has.
     pub fn words(&self) -> &[f64] {
         &self.words[..self.count]
     }
 
+    /// The same, to be written.
     pub fn words_mut(&mut self) -> &mut [f64] {
         &mut self.words[..self.count]
     }
 
+    /// Whether nothing is remembered: all words are zero.
     pub fn is_blank(&self) -> bool {
         self.words().iter().all(|word| *word == 0.0)
     }

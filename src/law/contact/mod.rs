@@ -41,9 +41,11 @@ pub struct Touch<S: Space, R: Real> {
     pub overlap: R,
     /// m; of a flat body beyond all bounds ([`FLAT`]).
     pub radius_a: R,
+    /// m; of a flat body [`FLAT`].
     pub radius_b: R,
     /// kg; of what a body moves beyond all bounds ([`FLAT`]).
     pub mass_a: R,
+    /// kg; of what a body moves [`FLAT`].
     pub mass_b: R,
     /// (v_a - v_b).n, m/s: positive while the contact opens.
     pub velocity_normal: R,
@@ -68,6 +70,7 @@ pub const FLAT: f64 = 1e30;
 pub struct Answer<S: Space, R: Real> {
     /// N; repulsive positive.
     pub normal: R,
+    /// In the tangent plane, N.
     pub tangential: S::TangentOf<R>,
     /// Resistance to rolling, N m, beside the torque of the tangential force.
     pub moment: S::SpinOf<R>,
@@ -75,7 +78,9 @@ pub struct Answer<S: Space, R: Real> {
 
 /// Work that does not care which law it is done with.
 pub trait ForAnyLaw<S: Space> {
+    /// What comes of it.
     type Outcome;
+    /// Does it with this law.
     fn with<C: ContactLaw<S>>(self, law: &C) -> Self::Outcome;
 }
 

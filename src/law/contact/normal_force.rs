@@ -21,6 +21,7 @@ impl NormalForce {
         self.least
     }
 
+    /// As jobs name it.
     pub fn name(self) -> &'static str {
         let (name, _) = Self::NAMES.iter().find(|(_, of)| *of == self).expect("there are no others");
         name

@@ -87,7 +87,9 @@ pub(super) fn cut<R: Real, V: Lanewise<R>>(spring: &mut V, stiffness: R, limit: 
 /// A law whose contacts resist rolling too.
 #[derive(Clone, Copy, Debug)]
 pub struct Rolling<C> {
+    /// The law without the resistance.
     pub law: C,
+    /// How much every contact resists.
     pub resistance: RollingResistance,
 }
 

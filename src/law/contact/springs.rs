@@ -5,11 +5,13 @@
 pub struct Springs {
     /// N/m.
     pub normal: f64,
+    /// N/m, along the surface.
     pub tangential: f64,
     /// Moment per angle, N m.
     pub rolling: f64,
     /// N s/m, of a contact that closes: nothing limits its dashpots.
     pub damping_normal: f64,
+    /// N s/m, along the surface.
     pub damping_tangential: f64,
 }
 
@@ -24,6 +26,7 @@ impl Springs {
         self.damping_normal.max(self.damping_tangential)
     }
 
+    /// Whether it has a dashpot, normal or tangential.
     pub fn damps(&self) -> bool {
         self.damping_normal + self.damping_tangential > 0.0
     }

@@ -5,6 +5,7 @@ use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::numbers;
 
+/// No stress, whatever the deformation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Absent;
 

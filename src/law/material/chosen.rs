@@ -10,6 +10,7 @@ use crate::base::space::Space;
 
 /// What a law says of itself, whatever the space.
 pub trait Described {
+    /// Its keys under `[material]`.
     fn keys(&mut self, form: &mut dyn Form);
     /// K, Pa, where the mean stress is the mean over that many axes: lambda + 2 G/axes.
     fn bulk_modulus_in(&self, axes: usize) -> f64;
@@ -19,6 +20,7 @@ pub trait Described {
     fn fraction(&self) -> Option<f64> {
         None
     }
+    /// Tells it [`Self::fraction`], or with none forgets it; of no effect on a law that knows none.
     fn set_fraction(&mut self, _fraction: Option<f64>) {}
     /// The same where the job does not say and nothing looks at it.
     fn fraction_by_default(&self) -> Option<f64> {
@@ -48,6 +50,7 @@ pub(super) const FRACTION: Key =
 /// own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Objection {
+    /// A key of `[material]`.
     pub key: &'static str,
     /// After the key and its value: what is wrong, and the remedy.
     pub problem: String,
@@ -70,7 +73,9 @@ pub enum ConstitutiveLaw {
 
 /// Work that does not care which law it is done with.
 pub trait ForAnyMaterial<S: Space> {
+    /// What comes of it.
     type Outcome;
+    /// Does it with this law.
     fn with<L: MaterialLaw<S>>(self, law: L) -> Self::Outcome;
 }
 

@@ -12,8 +12,11 @@ const LOOKS: u32 = 1000;
 /// Friction and dilation at a solid volume fraction: `q + eta p = zeta c` on the cone.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone {
+    /// Friction: sin(phi) in the plane, 6 sin(phi)/(sqrt(3) (3 - sin(phi))) in space.
     pub eta: f64,
+    /// Dilation, the same of psi: etabar.
     pub eta_bar: f64,
+    /// What cohesion counts with: cos(phi) in the plane, 6 cos(phi)/(sqrt(3) (3 - sin(phi))) in space.
     pub zeta: f64,
 }
 
@@ -28,6 +31,7 @@ impl CriticalConstants {
         (tan(self.friction_angle_critical) + surplus, self.dilation_angle.map_or(surplus, tan))
     }
 
+    /// The cone at a solid volume fraction, of the plane or of space by `axes`; a friction angle below zero counts as zero.
     pub fn cone(&self, axes: usize, fraction: f64) -> Cone {
         let (friction, dilation) = self.tangents(fraction);
         let [sine, sine_bar] = [friction.max(0.0), dilation].map(|tangent| tangent / (1.0 + tangent * tangent).sqrt());

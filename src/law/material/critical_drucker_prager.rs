@@ -265,6 +265,7 @@ struct Return<R: Real> {
 }
 
 impl CriticalDruckerPrager {
+    /// By the constants of a job, angles as their tangents; a constant dilation angle takes the place of chi.
     pub fn of(law: &CriticalConstants) -> Self {
         // A constant dilation takes the place of chi's.
         let (factor, dilation) = match law.dilation_angle {

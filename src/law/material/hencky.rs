@@ -16,6 +16,7 @@ use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::numbers;
 
+/// Isotropic and linear between Kirchhoff stress and logarithmic strain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hencky {
     /// K, Pa.

@@ -21,6 +21,7 @@ use crate::base::space::Space;
 use crate::base::symmetric::Symmetric;
 use crate::numbers;
 
+/// Isotropic and linear in an objective rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearElastic {
     /// K, Pa.

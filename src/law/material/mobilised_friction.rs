@@ -227,6 +227,7 @@ struct Return<R: Real> {
 }
 
 impl MobilisedFriction {
+    /// By the constants of a job: phi_cs as its tangent and sine, w as 1/w, c as C.
     pub fn of(law: &MobilisedConstants) -> Self {
         let tangent = math::tan(law.friction_angle_critical);
         Self {

@@ -32,6 +32,7 @@ pub use mobilised_friction::{MobilisedConstants, MobilisedFriction, MobilisedMem
 /// In the plane a law's bulk modulus is the plane's, `p = tr(tau)/2 = K tr(eps)`: that of a body in plane strain,
 /// `K = K_body + G/3`, with the same shear modulus and the same `K - G = lambda`.
 pub trait MaterialLaw<S: Space>: Debug + Send + Sync + 'static {
+    /// State of a point.
     type Memory: MaterialMemory;
 
     /// Memory of a point whose Kirchhoff stress is the symmetric tensor `stress` (Pa, tension positive) at packing

@@ -44,8 +44,11 @@ const WIDTH: f64 = 900.0;
 
 /// A drawing with its caption; the name is that of its file.
 pub struct Drawn {
+    /// Without `.svg`.
     pub name: String,
+    /// A whole SVG element.
     pub drawing: String,
+    /// Plain text.
     pub caption: String,
 }
 

@@ -14,6 +14,7 @@ type Row<'s, S> = Box<dyn for<'t> FnMut(&mut Core<'t, S>) -> Result<Vec<f64>, Er
 
 /// Columns that are told together.
 pub struct Columns<'s, S: Space> {
+    /// As in the header of `series.csv`.
     pub names: Vec<String>,
     row: Row<'s, S>,
 }

@@ -45,6 +45,7 @@ pub struct Given {
 /// A law that follows tests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
+    /// K, G_0 and, of grains that cohere, phi_cs as given; the rest as found.
     pub constants: MobilisedConstants,
     /// The keys of its parameters that stopped at a bound: the tests do not tell them.
     pub at_bound: Vec<&'static str>,

@@ -6,6 +6,7 @@ use crate::analysis::calibrate::path::Kept;
 /// A kind of test, of every packing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kind {
+    /// How the packing is sheared.
     pub course: Course,
     /// Of the packing stress.
     pub share: f64,
@@ -59,6 +60,7 @@ impl Kind {
         if self.fitted { wanted } else { wanted.min(STRAIN_VOLUME_CONSTANT) }
     }
 
+    /// What stays on the way, for the law that is driven along it.
     pub fn kept(&self) -> Kept {
         match self.course {
             Course::ConstantVolume => Kept::Volume,

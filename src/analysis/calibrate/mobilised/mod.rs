@@ -65,7 +65,9 @@ pub struct Wanted {
 /// What one test gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tested {
+    /// From the packing at rest on.
     pub rows: Vec<Row>,
+    /// One for every stretch of strain; empty of biaxial compression, of small cycles and of cells too low for layers.
     pub profiles: Vec<Profile>,
 }
 
@@ -74,8 +76,11 @@ pub struct Tested {
 pub struct Specimen {
     /// 2 of discs, 3 of spheres.
     pub axes: usize,
+    /// Of its packings.
     pub seed: u64,
+    /// Compression of all edges alike, of the dense packing under the packing stress.
     pub isotropic: Vec<Row>,
+    /// The same packing compressed along y alone.
     pub uniaxial: Vec<Row>,
     /// Of each of [`KINDS`].
     pub tests: Vec<Tested>,
@@ -93,22 +98,32 @@ impl Specimen {
 /// A parameter and the half-width of its 95 % confidence interval, if there are several packings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
+    /// As `[material]` of a job calls it.
     pub key: &'static str,
+    /// As files and reports print it.
     pub symbol: &'static str,
+    /// "Pa", "rad", or nothing.
     pub unit: &'static str,
+    /// In `unit`, of the fit to all packings that are not held back.
     pub value: f64,
+    /// In `unit`, by the jackknife; none of a single packing, or where a fit without one packing fails.
     pub half_width: Option<f64>,
 }
 
 /// All tests, and the law that follows them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
+    /// What was asked for.
     pub wanted: Wanted,
     /// Stress of the packings, Pa.
     pub stress: f64,
+    /// Packings that the law is fitted to.
     pub fitted: Vec<Specimen>,
+    /// Packings that are held back; empty where none were asked for.
     pub held: Vec<Specimen>,
+    /// To the means over the packings that are fitted.
     pub fit: Fit,
+    /// Of that fit, moduli first.
     pub figures: Vec<Figure>,
     /// Strain of each kind beyond which most packings shear in a band, and nothing is fitted; none where they do not.
     pub bands: Vec<Option<f64>>,
@@ -123,12 +138,17 @@ pub struct Calibration {
 /// A mean curve, the law on its path, and how far they are apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
+    /// Which test.
     pub kind: Kind,
+    /// Mean over the packings.
     pub curve: Curve,
     /// Standard deviation of the packings in each third, of the shear stress over the normal one; none of a single packing.
     pub scatter: Option<[f64; 3]>,
+    /// The law's rows at the strains of the curve, with its volumes over that of the start.
     pub law: Vec<(Row, f64)>,
+    /// How far the law is from the curve.
     pub quality: Quality,
+    /// One for each turn of a test that unloads; else empty.
     pub unloadings: Vec<Unloading>,
 }
 
@@ -144,8 +164,11 @@ pub struct Unloading {
 /// Packings that are fitted, and those that are held back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tests {
+    /// What was asked for when they were made.
     pub wanted: Wanted,
+    /// Those of the first seeds.
     pub fitted: Vec<Specimen>,
+    /// Those of the seeds after them; may be empty.
     pub held: Vec<Specimen>,
 }
 

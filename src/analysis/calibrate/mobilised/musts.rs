@@ -18,10 +18,15 @@ const STRESS_CONSTANT_VOLUME: f64 = 400e3;
 /// One bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Must {
+    /// The kind of test, for a table.
     pub test: String,
+    /// What is bounded.
     pub words: &'static str,
+    /// The bound with its unit: the most, or an interval.
     pub must: String,
+    /// What the law came to, in the same unit.
     pub found: String,
+    /// Whether that is no more than the bound, or inside of the interval.
     pub is_met: bool,
     /// Of packings held back: what the mean of those that are fitted is off their mean, which a law would find that follows the fitted ones
     /// without an error.
@@ -31,6 +36,7 @@ pub struct Must {
 /// Heads the column of what the fitted packings are off.
 pub const FITTED_PACKINGS: &str = "fitted packings";
 
+/// Whether one of them is of packings held back, and so has [`Must::of_packings`].
 pub fn has_packings(musts: &[Must]) -> bool {
     musts.iter().any(|must| must.of_packings.is_some())
 }

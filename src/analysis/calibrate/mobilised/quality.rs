@@ -21,17 +21,20 @@ pub struct Quality {
     pub ratio_off: [Option<f64>; 3],
     /// The largest in the first third, and in all of the test.
     pub ratio_largest: f64,
+    /// The largest such difference in all of the test.
     pub ratio_largest_all: f64,
-    /// The largest difference of the sine of the mobilised friction angle, and of the volume strain, to [`BEGINNING`]; the sines
+    /// The largest difference of the sine of the mobilised friction angle, and of the volume strain, to `BEGINNING`; the sines
     /// are averaged as for the peak.
     pub sine_largest: f64,
+    /// The largest difference of the volume strain to `BEGINNING`.
     pub volume_largest_beginning: f64,
     /// The same of the mean stress over that of the start, over all of the test: what constant volume is about.
     pub pressure_off: f64,
+    /// The largest difference of the mean stress in all of the test, over the mean stress of the start.
     pub pressure_largest: f64,
     /// Largest shear stress over normal stress and its strain, of the averaged mean curve and of the law.
     pub peak: [[f64; 2]; 2],
-    /// The strains between which the averaged mean curve is within [`PLATEAU`] of its peak.
+    /// The strains between which the averaged mean curve is within `PLATEAU` of its peak.
     pub plateau: [f64; 2],
     /// Volume strain at the end, of grains and law, dilation positive.
     pub volume_end: [f64; 2],

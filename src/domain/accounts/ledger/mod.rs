@@ -69,13 +69,19 @@ const STORES: usize = 2;
 pub struct Balance {
     /// Work on the grains: of bodies, of gravity, of the cell's deformation, and of the nodes that they share with a continuum.
     pub work_bodies: f64,
+    /// m g.c, c the velocity against the mean field.
     pub work_gravity: f64,
+    /// Of stress by the velocity gradient of the cell, over its volume.
     pub work_cell: f64,
+    /// With that of penalty springs to the continuum.
     pub work_nodes: f64,
     /// Kinetic energy against the mean field, and elastic energy, now and at the opening.
     pub kinetic: f64,
+    /// Of the springs of contacts.
     pub elastic: f64,
+    /// At the opening.
     pub kinetic_start: f64,
+    /// At the opening.
     pub elastic_start: f64,
     /// Lost in dashpots of contacts, but for tangential ones of contacts that slide.
     pub viscous: f64,
@@ -109,10 +115,12 @@ impl Balance {
         [self.stored(), self.viscous, self.friction, self.damping, self.levers, self.residual()]
     }
 
+    /// J, on the grains, of all four kinds.
     pub fn work(&self) -> f64 {
         self.work_bodies + self.work_gravity + self.work_cell + self.work_nodes
     }
 
+    /// J; without the error of the time step ([`Self::made`]).
     pub fn dissipated(&self) -> f64 {
         self.viscous + self.friction + self.damping + self.levers
     }
@@ -226,12 +234,16 @@ impl<S: Space> EnergyLedger<S> {
 /// Of whose energy an account is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Accounts {
+    /// Whether a [`Balance`] is kept.
     pub grains: bool,
+    /// Whether a [`points::PointBalance`] is kept, of points or elements.
     pub points: bool,
 }
 
 impl Accounts {
+    /// Grains alone.
     pub const GRAINS: Self = Self { grains: true, points: false };
+    /// Points or elements alone.
     pub const POINTS: Self = Self { grains: false, points: true };
 }
 

@@ -80,6 +80,7 @@ pub(super) const ENTRIES: usize = 2 * ITEMS + STORES;
 pub struct PointEnergies {
     /// With that of affine fields, and of membranes.
     pub kinetic: f64,
+    /// Stored by the law; of elements with that of hourglass modes.
     pub elastic: f64,
     /// In the whole field of gravity, zero at the origin.
     pub potential: f64,
@@ -98,7 +99,9 @@ impl PointEnergies {
 /// Where the work has gone since the first evaluation, J, up to the last one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PointBalance {
+    /// Of loads on points and on the surface, and of membranes.
     pub work_loads: f64,
+    /// Of bodies that hold nodes, by the velocity of the body there.
     pub work_bodies: f64,
     /// Of what bears the share of gravity that is yet to come.
     pub work_ramp: f64,
@@ -106,6 +109,7 @@ pub struct PointBalance {
     pub work_grains: f64,
     /// Change of kinetic, elastic and potential energy, and what the law has dissipated.
     pub stored: f64,
+    /// By the law.
     pub dissipated: f64,
     /// Lost where faces and bodies hold nodes: friction, dashpots, sudden stops.
     pub holds: f64,
@@ -118,6 +122,7 @@ pub struct PointBalance {
 }
 
 impl PointBalance {
+    /// J, on the points, of all four kinds.
     pub fn work(&self) -> f64 {
         self.work_loads + self.work_bodies + self.work_ramp + self.work_grains
     }
@@ -208,7 +213,7 @@ impl<S: Space> World<'_, S> {
         Ok(Entry::all_of(&booked).chain(Entry::all_of(&ahead)).chain(Entry::all_of(&start)).collect())
     }
 
-    /// Energies at the last evaluation, the same on every rank; of a step of which [`World::forces_wanted`] was set.
+    /// Energies at the last evaluation, the same on every rank; of a step of which [`Assembly::forces_wanted`](crate::dem::assembly::Assembly::forces_wanted) was set.
     /// Collective.
     pub fn point_energies(&self) -> Result<PointEnergies, Error> {
         self.energies_of(self.point_ledger.stored.as_ref())
