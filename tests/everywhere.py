@@ -137,7 +137,7 @@ def held_to_grains_alone(packings, end):
         own = [off[column] for _, off in itself]
         of_itself = f"; single ones {rms(ours) / rms(own):.2f} times those of {len(own)} packings from themselves" if own and column in OF_ITSELF else ""
         told.append(worse(null, ours))
-        print(f"{name}: {interval(ours)} %, {numpy.abs(ours).mean():.2f} off in the mean of absolute values{of_itself}; other packings {numpy.mean(null):.2f}, worse by p {told[-1]:.4f}")
+        print(f"{name}: {interval(ours)} %, {numpy.abs(ours).mean():.2f} off in the mean of absolute values{of_itself}; other packings {numpy.mean(null):.2f}, worse by p {told[-1]:.5f}")
     peaks(packings, end)
     # Bands are those between the strains of `scree report`, which go to the end of the longest runs.
     if end == ENDS[-1] and len(packings) > 1:
@@ -186,7 +186,7 @@ def places(packings):
     row = numpy.arange(len(ours))
     near = numpy.array([(apart[row, random.permutation(row)] <= CELL).sum() for _ in range(100_000)])
     p = (1 + (near >= (own <= CELL).sum()).sum()) / (1 + len(near))
-    print(f"place: {int((own <= CELL).sum())} of {len(ours)} within {1e3 * CELL:g} mm, {near.mean():.1f} by exchange, p {p:.5f}; {1e3 * own.mean():.1f} mm apart, {1e3 * own.max():.1f} at most, {1e3 * null.mean():.1f} with other packings in their place, worse by p {worse(null, own):.4f}")
+    print(f"place: {int((own <= CELL).sum())} of {len(ours)} within {1e3 * CELL:g} mm, {near.mean():.1f} by exchange, p {p:.5f}; {1e3 * own.mean():.1f} mm apart, {1e3 * own.max():.1f} at most, {1e3 * null.mean():.1f} with other packings in their place, worse by p {worse(null, own):.5f}")
     return worse(null, own)
 
 
