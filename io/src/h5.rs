@@ -76,7 +76,12 @@ pub(crate) fn members(group: &Group) -> hdf5::Result<Vec<String>> {
 /// Keeps a text as an attribute, of fixed length: the library keeps text of variable length without a checksum. It pads with
 /// zeros, so the text must have none.
 pub(crate) fn write_text(of: &Location, key: &str, text: &str) -> hdf5::Result<()> {
-    if text.len() <= 64 { write_text_of::<64>(of, key, text) } else { write_text_of::<TEXT_BYTES_MAX>(of, key, text) }
+    match text.len() {
+        0..=64 => write_text_of::<64>(of, key, text),
+        // What fields are, in words: every file of frames has some twenty.
+        65..=128 => write_text_of::<128>(of, key, text),
+        _ => write_text_of::<TEXT_BYTES_MAX>(of, key, text),
+    }
 }
 
 fn write_text_of<const N: usize>(of: &Location, key: &str, text: &str) -> hdf5::Result<()> {
