@@ -649,6 +649,13 @@ def packings(folder, strains=(0.01, 0.1), cell=7.5e-3):
                 print(f"{kind} worse than the hybrid by |{name}|: {interval(worse)}, p {p:.3f}")
 
 
+def everywhere(folder):
+    """Hybrids whose zone begins everywhere: tests/everywhere.py, which wants numpy and scipy."""
+    from everywhere import everywhere as held
+
+    held(folder)
+
+
 def coupling(folder, begin=0.06, strains=(0.012, 0.06)):
     """A hybrid of planar shear: mean of sigma_yy by weights and space over each layer of cells without those beside plates, of frames from `begin` (s) on;
     the springs' stretch at the last checkpoint, which is the slip times the continuum's share; mean shear stress between two strains."""
@@ -682,8 +689,6 @@ def coupling(folder, begin=0.06, strains=(0.012, 0.06)):
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["everywhere"]:
-        from everywhere import everywhere
     commands = {
         "biaxial": biaxial,
         "held": held,
@@ -699,7 +704,7 @@ if __name__ == "__main__":
         "rest": rest,
         "planar": planar,
         "packings": packings,
-        "everywhere": lambda folder: everywhere(folder),
+        "everywhere": everywhere,
         "coupling": coupling,
         "sheared": sheared,
     }
