@@ -16,7 +16,7 @@ use scree::domain::world::Settings;
 use scree::job::Scenario;
 use scree::law::contact::{LinearSpringDashpot, NormalForce};
 use scree::law::material::{ConstitutiveLaw, CriticalDruckerPrager};
-use scree::mpm::penalty::Coupling;
+use scree::mpm::penalty::{Coupling, Penalty};
 use scree::mpm::points::Point;
 use scree::prepare::sheared::{self, cell_of};
 use scree_partition::{Solo, Transport};
@@ -56,6 +56,11 @@ pub fn material() -> CriticalDruckerPrager {
 /// A free grain, at rest.
 pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
     Grain::resting(GrainId(id), Vector::new(position[0], position[1]), radius, mass, Mover::Free)
+}
+
+/// Penalty springs of grains in [`settings`] that exchange with nodes after every so many steps of `dt`, s.
+pub fn exchanging(steps: u64, dt: f64) -> Penalty {
+    Coupling { steps, ..Coupling::DEFAULT }.in_steps(contact(0.0).stiffness_normal, dt)
 }
 
 pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane> {

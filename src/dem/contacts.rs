@@ -289,7 +289,7 @@ impl<S: Space> Contacts<S> {
         finish: &impl Finish<S>,
     ) -> Passed {
         let (neighbours, owned) = (&self.neighbours, grains.owned);
-        let Grains { hot, cold, movers, waits, alike, homes, force, torque, .. } = grains;
+        let Grains { hot, cold, movers, waits, alike, homes, springs, force, torque, .. } = grains;
         let shared = Shared {
             law,
             memory: self.words,
@@ -299,7 +299,7 @@ impl<S: Space> Contacts<S> {
             outer: self.outer.numbers(),
             room: (!self.keeps).then_some(self.room),
             which,
-            resting: Resting { movers, waits, alike, homes, cold },
+            resting: Resting { movers, waits, alike, homes, springs, cold },
             finish,
         };
         let stretch = Stretch {

@@ -121,6 +121,9 @@ pub struct Grains<S: Space> {
     pub alike: Vec<bool>,
     /// Ties of owned rows to the continuum.
     pub springs: Vec<PenaltySpring<S>>,
+    /// Where owned rows are at the next exchange with nodes, m, as the last one foresaw; made anew at the beginning of a cycle, and empty where every step has an
+    /// exchange.
+    pub foreseen: Vec<S::Vector>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
     pub force: Vec<S::Vector>,
     /// By owned row, N m.
@@ -143,6 +146,7 @@ impl<S: Space> Default for Grains<S> {
             waits: Vec::new(),
             alike: Vec::new(),
             springs: Vec::new(),
+            foreseen: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
         }
@@ -269,6 +273,7 @@ impl<S: Space> Grains<S> {
             + (self.near_bodies.capacity() + self.waiting.capacity()) * size_of::<Row>()
             + (self.waits.capacity() + self.alike.capacity()) * size_of::<bool>()
             + self.springs.capacity() * size_of::<PenaltySpring<S>>()
+            + self.foreseen.capacity() * size_of::<S::Vector>()
             + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()
             + self.torque.capacity() * size_of::<S::Spin>()

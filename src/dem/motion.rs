@@ -12,7 +12,7 @@ use crate::base::units::Dimension;
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::columns::{columns, splat, times};
-use crate::dem::grains::{Grains, Hot, Mover, lanes, vector};
+use crate::dem::grains::{Grains, Hot, Mover, PenaltySpring, lanes, vector};
 use crate::dem::kernel::Side;
 use crate::dem::segments::{Finish, Resting};
 
@@ -129,11 +129,13 @@ impl<S: Space> Kick<S> for Damped<S> {
     }
 }
 
-/// The kick of a grain, and where nothing stands between it and its drift that as well: its record is touched once. Glued grains wait
-/// for their bodies.
+/// The kick of a grain with that of its penalty spring, and where nothing stands between these and its drift that as well: its record is touched once. Glued
+/// grains wait for their bodies.
 pub struct Moves<K, const DRIFTS: bool> {
     /// What changes velocities.
     pub kick: K,
+    /// Share of what penalty springs give until the next exchange with nodes that this step has; 0 where grains share none.
+    pub tied: f64,
     /// Time over which velocities change, s: less than the step in the first of a run, where these are of time zero.
     pub dt_kick: f64,
     /// Time of the drift, s.
@@ -144,7 +146,12 @@ impl<S: Space, K: Kick<S>, const DRIFTS: bool> Finish<S> for Moves<K, DRIFTS> {
     #[inline(always)]
     fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64 {
         match resting.movers[row] {
-            Mover::Free => self.kick.kick_one(hot, given, self.dt_kick),
+            Mover::Free => {
+                self.kick.kick_one(hot, given, self.dt_kick);
+                if self.tied > 0.0 {
+                    hot.velocity += resting.springs[row].given * self.tied;
+                }
+            }
             Mover::Body(_) => return 0.0,
             Mover::Script if DRIFTS => hot.velocity = resting.cold[row].script,
             Mover::Script => return 0.0,
@@ -157,12 +164,16 @@ impl<S: Space, K: Kick<S>, const DRIFTS: bool> Finish<S> for Moves<K, DRIFTS> {
         &self,
         hot: &mut [Hot<S>; LANES],
         (force, torque): (&[S::Vector; LANES], &[S::Spin; LANES]),
-        homes: &[S::Vector; LANES],
+        (homes, springs): (&[S::Vector; LANES], &[PenaltySpring<S>]),
     ) -> P {
         let mut record = Lanes::<P>::zero();
         record.load(&std::array::from_fn(|lane| &hot[lane]), Hot::<S>::WIDTH);
         let mut grain = Side::<S, P>::of_record(&record);
         self.kick.kick(&mut grain, (columns(force), columns(torque)), self.dt_kick);
+        if self.tied > 0.0 {
+            let given: S::VectorOf<P> = columns(&std::array::from_fn::<_, LANES, _>(|lane| springs[lane].given));
+            grain.velocity = grain.velocity + given * P::splat(self.tied);
+        }
         record.set_words(S::DIMENSION, &grain.velocity);
         record.set_words(2 * S::DIMENSION, &grain.spin);
         let mut square = P::splat(0.0);
@@ -300,14 +311,19 @@ mod tests {
     use crate::base::space::{Plane, Solid};
     use crate::dem::cell::Cell;
 
-    struct Eight<'a, S: Space, F>(&'a F, &'a mut [Hot<S>; LANES], [&'a [S::Vector; LANES]; 2], &'a [S::Spin; LANES]);
+    struct Eight<'a, S: Space, F>(
+        &'a F,
+        &'a mut [Hot<S>; LANES],
+        [&'a [S::Vector; LANES]; 2],
+        (&'a [S::Spin; LANES], &'a [PenaltySpring<S>]),
+    );
 
     impl<S: Space, F: Finish<S>> Packed for Eight<'_, S, F> {
         type Outcome = [f64; LANES];
         #[inline(always)]
         fn run<P: Pack>(self) -> [f64; LANES] {
-            let Self(finish, hot, [force, homes], torque) = self;
-            finish.finish_eight::<P>(hot, (force, torque), homes).numbers()
+            let Self(finish, hot, [force, homes], (torque, springs)) = self;
+            finish.finish_eight::<P>(hot, (force, torque), (homes, springs)).numbers()
         }
     }
 
@@ -342,14 +358,17 @@ mod tests {
             (std::array::from_fn(|lane| vector(lane + 20)), std::array::from_fn(|lane| spin(lane + 20)));
         let homes = std::array::from_fn(|lane| vector(lane + 30));
         let (movers, waits) = ([Mover::Free; LANES], [false; LANES]);
-        let resting = Resting { movers: &movers, waits: &waits, alike: &[true], homes: &homes, cold: &[] };
+        let spring = |lane: usize| PenaltySpring { spring: vector(lane + 40), given: vector(lane + 50) };
+        let springs: [PenaltySpring<S>; LANES] = std::array::from_fn(spring);
+        let resting =
+            Resting { movers: &movers, waits: &waits, alike: &[true], homes: &homes, springs: &springs, cold: &[] };
         let mut single = start;
         let ways: [f64; LANES] =
             std::array::from_fn(|lane| finish.finish(lane, &mut single[lane], (&force[lane], &torque[lane]), &resting));
         assert!(single != start);
         for instructions in Instructions::here() {
             let mut eight = start;
-            let found = instructions.run(Eight(finish, &mut eight, [&force, &homes], &torque));
+            let found = instructions.run(Eight(finish, &mut eight, [&force, &homes], (&torque, &springs)));
             assert_eq!((eight, found), (single, ways), "{instructions:?}");
         }
     }
@@ -361,11 +380,13 @@ mod tests {
         (0..S::Tensor::COMPONENTS).for_each(|component| cell.gradient[component] = number(component + 50));
         (0..S::DIMENSION).for_each(|axis| cell.corner[axis] = number(axis + 60));
         let (dt_kick, dt) = (0.05, 0.1);
-        eights_move_as_single_ones_do(&Moves::<_, true> { kick: Falling::<S> { gravity }, dt_kick, dt });
-        eights_move_as_single_ones_do(&Moves::<_, false> { kick: Falling::<S> { gravity }, dt_kick, dt });
+        for tied in [0.0, 0.25] {
+            eights_move_as_single_ones_do(&Moves::<_, true> { kick: Falling::<S> { gravity }, tied, dt_kick, dt });
+            eights_move_as_single_ones_do(&Moves::<_, false> { kick: Falling::<S> { gravity }, tied, dt_kick, dt });
+        }
         for form in [DampingForm::Vector, DampingForm::Component] {
             let field = Field { gravity, damping: Damping { local: 0.3, form, mass: 0.7 } };
-            eights_move_as_single_ones_do(&Moves::<_, true> { kick: Damped { field, cell }, dt_kick, dt });
+            eights_move_as_single_ones_do(&Moves::<_, true> { kick: Damped { field, cell }, tied: 1.0, dt_kick, dt });
         }
     }
 

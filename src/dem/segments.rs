@@ -8,7 +8,7 @@ use crate::base::lane::{Instructions, LANES, Pack, Packed};
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::dem::columns::Largest;
-use crate::dem::grains::{Cold, Grains, Hot, Mover};
+use crate::dem::grains::{Cold, Grains, Hot, Mover, PenaltySpring};
 use crate::dem::kernel::{Pass, row_words, side_words};
 use crate::dem::law::Law;
 use crate::dem::neighbours::{Neighbours, Pair, SEGMENT};
@@ -27,12 +27,12 @@ pub trait Finish<S: Space>: Sync {
     /// Moves the grain, and returns the square of its way from home, m2.
     fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64;
 
-    /// The same for eight side by side, to the bit, all of them free and none that waits.
+    /// The same for eight side by side, to the bit, all of them free and none that waits; `beside` are their homes and, where they have any, their penalty springs.
     fn finish_eight<P: Pack>(
         &self,
         hot: &mut [Hot<S>; LANES],
         given: (&[S::Vector; LANES], &[S::Spin; LANES]),
-        homes: &[S::Vector; LANES],
+        beside: (&[S::Vector; LANES], &[PenaltySpring<S>]),
     ) -> P;
 }
 
@@ -50,7 +50,7 @@ impl<S: Space> Finish<S> for Wait {
         &self,
         _: &mut [Hot<S>; LANES],
         _: (&[S::Vector; LANES], &[S::Spin; LANES]),
-        _: &[S::Vector; LANES],
+        _: (&[S::Vector; LANES], &[PenaltySpring<S>]),
     ) -> P {
         P::splat(0.0)
     }
@@ -67,14 +67,16 @@ pub struct Resting<'a, S: Space> {
     pub alike: &'a [bool],
     /// Positions at the last rebuild by owned row, m.
     pub homes: &'a [S::Vector],
+    /// By owned row; none of grains that have never shared nodes.
+    pub springs: &'a [PenaltySpring<S>],
     /// Read for the velocities of scripted rows.
     pub cold: &'a [Cold<S>],
 }
 
 /// The same for the grains that had to wait until everything which pushes them was known, one after the other: they are few.
 pub fn finish_waiting<S: Space>(grains: &mut Grains<S>, finish: &impl Finish<S>) -> f64 {
-    let Grains { hot, cold, movers, waits, alike, homes, waiting, force, torque, .. } = grains;
-    let resting = Resting { movers, waits, alike, homes, cold };
+    let Grains { hot, cold, movers, waits, alike, homes, springs, waiting, force, torque, .. } = grains;
+    let resting = Resting { movers, waits, alike, homes, springs, cold };
     let rows = waiting.iter().map(|row| *row as usize);
     rows.fold(0.0, |most, row| larger(most, finish.finish(row, &mut hot[row], (&force[row], &torque[row]), &resting)))
 }
@@ -259,9 +261,10 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
             let first = first + eight * LANES;
             sum_eight(shared, first / LANES, (forces, start), (force, torque));
             let homes = &resting.homes[first..first + hot.len()];
+            let springs = resting.springs.get(first..first + hot.len()).unwrap_or_default();
             match (hot.first_chunk_mut(), force.first_chunk(), torque.first_chunk(), homes.first_chunk()) {
                 (Some(hot), Some(force), Some(torque), Some(homes)) if resting.alike[first / LANES] => {
-                    farthest_of_eights.take(finish.finish_eight(hot, (force, torque), homes));
+                    farthest_of_eights.take(finish.finish_eight(hot, (force, torque), (homes, springs)));
                 }
                 _ => {
                     for (offset, hot) in hot.iter_mut().enumerate().filter(|(offset, _)| !resting.waits[first + offset])

@@ -19,16 +19,30 @@
 //! them would be glued to it by springs that wind up without end. Spring and dashpot are impulses between grains and continuum
 //! at a node, so that momentum is kept, and a node's velocity does not feel them.
 //!
-//! Stable where `s (k + 2 b) < 4` for `k = kappa k_n dt^2/m` and `b = 2 zeta sqrt(k)`, whatever the share s <= 1.
+//! dt is the time from one exchange between grains and nodes to the next, [`Coupling::steps`] steps of grains ([`crate::domain::step::cycle`]). What springs and dashpots give in it is given in equal
+//! parts in each of these, and paid for at its end: contacts push in every step, and a grain at the edge of an overlap that they push outwards would go on by a dt/2, for
+//! ever, if what holds it came at once.
+//!
+//! Where every step has an exchange, stable for `s (k + 2 b) < 4` with `k = kappa k_n dt^2/m` and `b = 2 zeta sqrt(k)`, whatever the share s <= 1. With several steps in between contacts
+//! count as well ([`Coupling::is_stable`]).
 
-use crate::base::keys::{Form, NOT_NEGATIVE, RATIO, number};
-use crate::base::space::Space;
+use nalgebra::SMatrix;
+
+use crate::base::keys::{Form, NOT_NEGATIVE, RATIO, count, number};
+use crate::base::space::{Plane, Space};
 use crate::dem::grains::PenaltySpring;
+use crate::law::contact::Springs;
 use crate::mpm::share::Share;
 
 /// Share of the continuum below which springs slacken: half of what it has where overlaps weigh the same on both sides, and
 /// what it has at the edge of such an overlap.
 const HOLDS: f64 = 0.25;
+
+/// Contacts of a grain with grains at rest that count for [`Coupling::is_stable`]: six, at the edge of an overlap where they weigh half as much again as the grain.
+const CONTACTS: u32 = 9;
+
+/// What a spectral radius of one may be more by, as eigenvalues are known.
+const GROWTH_SLACK: f64 = 1e-6;
 
 /// Springs and dashpots between grains and the nodes that they share, in terms of contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,11 +51,13 @@ pub struct Coupling {
     pub stiffness: f64,
     /// zeta: damping over the critical one.
     pub damping: f64,
+    /// Steps of grains from one exchange with nodes to the next.
+    pub steps: u64,
 }
 
 impl Coupling {
     /// Of `[coupling]` where a job says nothing else: springs as stiff as contacts, damped a little less than critically.
-    pub const DEFAULT: Self = Self { stiffness: 1.0, damping: 0.8 };
+    pub const DEFAULT: Self = Self { stiffness: 1.0, damping: 0.8, steps: 1 };
 
     /// The keys of `[coupling]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
@@ -49,46 +65,110 @@ impl Coupling {
         form.number(&mut self.stiffness, number("stiffness", about, RATIO, NOT_NEGATIVE, "1.0").or("1.0"));
         let about = "their damping, over the critical one";
         form.number(&mut self.damping, number("damping", about, RATIO, NOT_NEGATIVE, "0.8").or("0.8"));
+        let about = "steps of grains from one exchange with the nodes they share to the next; time.grain_steps is a multiple of it";
+        form.count(&mut self.steps, count("steps", about, (1, 1000), "4").or("1"));
     }
 
-    /// The largest stiffness that is stable with this damping, for a grain of that mass, kg.
+    /// The largest stiffness that is stable with this damping in steps of grains of `dt`, s, for a grain of that mass, kg.
     pub fn stiffness_max(&self, contact: f64, dt: f64, mass: f64) -> f64 {
+        let dt = self.steps as f64 * dt;
         // k + 4 zeta sqrt(k) = 4
         let root = 2.0 * ((self.damping * self.damping + 1.0).sqrt() - self.damping);
         root * root * mass / (contact * dt * dt)
     }
 
+    /// Whether no grain of that mass, kg, between such contacts swings farther from one exchange to the next, in steps of grains of `dt`, s: by the scheme itself, for a grain among
+    /// still nodes, whatever their share, with up to [`CONTACTS`] contacts with grains at rest.
+    pub fn is_stable(&self, contact: &Springs, dt: f64, mass: f64) -> bool {
+        let penalty = self.in_steps(contact.normal, dt);
+        let shares = (1..=10).map(|tenths| 0.1 * f64::from(tenths));
+        shares.into_iter().all(|share| {
+            (0..=2 * CONTACTS).all(|halves| {
+                let [stiffness, damping] =
+                    [contact.normal, contact.damping_normal].map(|one| 0.5 * f64::from(halves) * one);
+                penalty.growth([stiffness, damping], share, (dt, mass)) < 1.0 + GROWTH_SLACK
+            })
+        })
+    }
+
     /// Of a run with contacts of that stiffness, N/m, in steps of grains of `dt`, s.
     pub fn in_steps(&self, contact: f64, dt: f64) -> Penalty {
-        Penalty { per_mass: self.stiffness * contact * dt * dt, damping: 2.0 * self.damping }
+        let between = self.steps as f64 * dt;
+        Penalty {
+            per_mass: self.stiffness * contact * between * between,
+            damping: 2.0 * self.damping,
+            steps: self.steps,
+        }
     }
 }
 
-/// The same in a step.
+/// The same from one exchange to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penalty {
     /// kappa k_n dt^2, kg.
     per_mass: f64,
     /// 2 zeta.
     damping: f64,
+    /// Of grains, from one exchange to the next.
+    pub steps: u64,
 }
 
 impl Penalty {
     /// Nothing holds grains.
-    pub const NONE: Self = Self { per_mass: 0.0, damping: 0.0 };
+    pub const NONE: Self = Self { per_mass: 0.0, damping: 0.0, steps: 1 };
 
-    /// A spring after a step in which its grain, of `mass` kg, has come to slip at `slip`, u, m/s, among nodes of which the continuum has
-    /// `share`.
+    /// Share of what springs give from one exchange to the next that each step of grains in between has.
+    pub fn part(&self) -> f64 {
+        1.0 / self.steps as f64
+    }
+
+    /// Factor by which a grain of `mass`, kg, swings farther from one exchange to the next, that hangs on a spring (N/m) and a dashpot (N s/m) beside its penalty spring among still
+    /// nodes of that share: the spectral radius of the scheme.
+    fn growth(&self, [stiffness, damping]: [f64; 2], share: f64, (dt, mass): (f64, f64)) -> f64 {
+        type Vector = <Plane as Space>::Vector;
+        let share = Share::<Plane>::new(share, [0.0; 3]);
+        let time = self.steps as f64 * dt;
+        // Place, velocity, what the penalty spring and what it gives, and where the last exchange expected the grain, all as lengths.
+        let mut of_state = SMatrix::<f64, 5, 5>::identity();
+        for mut column in of_state.column_iter_mut() {
+            let [mut place, mut velocity] = [column[0], column[1] / time].map(|along| Vector::new(along, 0.0));
+            let [spring, given] = [column[2], column[3]].map(|along| Vector::new(along / time, 0.0));
+            let mut spring = PenaltySpring::<Plane> { spring, given };
+            let mut foreseen = Vector::new(column[4], 0.0);
+            for step in 1..=self.steps {
+                velocity -= (place * stiffness + velocity * damping) * (dt / mass);
+                velocity += spring.given * self.part();
+                if step == self.steps {
+                    let surplus = (place - foreseen) * (1.0 / time);
+                    foreseen = Self::foreseen::<Plane>(&place, &velocity, self.steps, dt);
+                    spring = self.after(&spring, mass, (&share.of(&velocity), &share.of(&surplus)), &share);
+                }
+                place += velocity * dt;
+            }
+            let after = [place[0], velocity[0] * time, spring.spring[0] * time, spring.given[0] * time, foreseen[0]];
+            column.copy_from_slice(&after);
+        }
+        of_state.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max)
+    }
+
+    /// Where a grain is, m, after so many drifts of `dt`, s, as far as an exchange that leaves it at `position` with `velocity` foresees.
+    #[inline(always)]
+    pub fn foreseen<S: Space>(position: &S::Vector, velocity: &S::Vector, drifts: u64, dt: f64) -> S::Vector {
+        *position + *velocity * (drifts as f64 * dt)
+    }
+
+    /// A spring after an exchange at which its grain, of `mass` kg, has come to slip at `slip`, u, m/s, among nodes of which the continuum has
+    /// `share`; `surplus`, m/s, is by how much faster it has slipped since the last one than was foreseen then.
     #[inline(always)]
     pub fn after<S: Space>(
         &self,
         spring: &PenaltySpring<S>,
         mass: f64,
-        slip: &S::Vector,
+        (slip, surplus): (&S::Vector, &S::Vector),
         share: &Share<S>,
     ) -> PenaltySpring<S> {
         let stiffness = self.per_mass / mass;
-        let spring = share.left_of(&(spring.spring - *slip * stiffness), HOLDS);
+        let spring = share.left_of(&(spring.spring - (*slip + *surplus) * stiffness), HOLDS);
         PenaltySpring { spring, given: spring - *slip * (self.damping * stiffness.sqrt()) }
     }
 }
@@ -96,7 +176,7 @@ impl Penalty {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::space::{Linear, Plane};
+    use crate::base::space::Linear;
 
     type Vector = <Plane as Space>::Vector;
 
@@ -104,55 +184,86 @@ mod tests {
     const MASS: f64 = 2e-5;
     const PULL: f64 = 300.0;
 
-    /// Place of a grain after some time that hangs on still nodes under a constant acceleration, in steps of `dt`.
-    fn hanging(dt: f64, time: f64) -> f64 {
-        let penalty = Coupling { stiffness: 0.5, damping: 0.3 }.in_steps(STIFFNESS, dt);
+    /// Place of a grain after some time that hangs on still nodes under a constant acceleration, in steps of `dt`, some of them from one exchange to the next.
+    fn hanging(dt: f64, steps: u64, time: f64) -> f64 {
+        let penalty = Coupling { stiffness: 0.5, damping: 0.3, steps }.in_steps(STIFFNESS, dt);
         let share = Share::<Plane>::new(0.5, [0.0; 3]);
-        let (mut spring, mut velocity, mut way) = (PenaltySpring::<Plane>::loose(), Vector::zero(), 0.0);
-        for _ in 0..(time / dt).round() as usize {
-            velocity += spring.given + Vector::new(0.0, PULL * dt);
-            way += velocity[1] * dt;
-            spring = penalty.after(&spring, MASS, &share.of(&velocity), &share);
+        let (mut spring, mut velocity) = (PenaltySpring::<Plane>::loose(), Vector::zero());
+        let [mut place, mut foreseen] = [Vector::zero(); 2];
+        for step in 1..=(time / dt).round() as u64 {
+            velocity += Vector::new(0.0, PULL * dt) + spring.given * penalty.part();
+            if step.is_multiple_of(steps) {
+                let surplus = (place - foreseen) * (1.0 / (steps as f64 * dt));
+                foreseen = Penalty::foreseen::<Plane>(&place, &velocity, steps, dt);
+                spring = penalty.after(&spring, MASS, (&share.of(&velocity), &share.of(&surplus)), &share);
+            }
+            place += velocity * dt;
         }
-        way
+        place[1]
     }
 
     #[test]
     fn a_grain_slips_by_what_its_load_over_the_springs_stiffness_is_whatever_the_step() {
-        let ends = [2e-7, 1e-7, 0.5e-7].map(|dt| hanging(dt, 4e-4));
+        let ends = [2e-7, 1e-7, 0.5e-7].map(|dt| hanging(dt, 1, 4e-4));
         // By the part of the spring that the share leaves.
         let wanted = PULL * MASS / (0.5 * STIFFNESS * 0.5);
         assert!(ends.iter().all(|end| (end / wanted - 1.0).abs() < 1e-3), "{ends:?}, {wanted}");
         // On the way there, too, where it still swings.
-        let [coarse, fine, finest] = [2e-7, 1e-7, 0.5e-7].map(|dt| hanging(dt, 8e-6));
+        let [coarse, fine, finest] = [2e-7, 1e-7, 0.5e-7].map(|dt| hanging(dt, 1, 8e-6));
         assert!((fine - finest).abs() < 0.6 * (coarse - fine).abs() && (coarse / finest - 1.0).abs() < 0.1);
+    }
+
+    /// It would by a dt/2, 0.1 mm/s here, if what holds it came at once.
+    #[test]
+    fn a_grain_that_is_pulled_between_exchanges_does_not_creep() {
+        let [soon, late] = [4e-4, 4e-2].map(|time| hanging(2e-7, 4, time));
+        assert!((late - soon).abs() < 1e-3 * soon, "{soon}, {late}");
+        let every_step = hanging(2e-7, 1, 4e-4);
+        assert!((soon / every_step - 1.0).abs() < 0.1, "{soon}, {every_step}");
+    }
+
+    /// With dashpots and without, at the edge of an overlap.
+    #[test]
+    fn exchanges_after_several_steps_are_stable_between_contacts_where_it_is_said() {
+        let contact = |damping: f64| Springs { damping_normal: damping, normal: 1.77e6, ..Springs::default() };
+        let stable = |steps: u64, mass: f64, damping: f64| {
+            Coupling { steps, ..Coupling::DEFAULT }.is_stable(&contact(damping), 4e-7, mass)
+        };
+        let most = |mass: f64, damping: f64| (1..20).take_while(|steps| stable(*steps, mass, damping)).last();
+        assert_eq!(
+            [most(2e-5, 3.5), most(2e-5, 0.0), most(1.16e-5, 3.5), most(1.16e-5, 0.0)],
+            [Some(6), Some(5), Some(4), Some(3)]
+        );
     }
 
     #[test]
     fn a_spring_without_stiffness_holds_nothing() {
-        let penalty = Coupling { stiffness: 0.0, damping: 1.0 }.in_steps(1e6, 1e-7);
+        let penalty = Coupling { stiffness: 0.0, damping: 1.0, steps: 1 }.in_steps(1e6, 1e-7);
         let slip = Vector::new(1.0, 2.0);
-        let after = penalty.after(&PenaltySpring::loose(), 1e-5, &slip, &Share::<Plane>::new(0.5, [0.0; 3]));
+        let after =
+            penalty.after(&PenaltySpring::loose(), 1e-5, (&slip, &Vector::zero()), &Share::<Plane>::new(0.5, [0.0; 3]));
         assert_eq!(after, PenaltySpring::loose());
     }
 
     #[test]
     fn springs_are_stable_up_to_their_bound_and_not_beyond() {
         let grows = |coupling: Coupling| {
-            let penalty = coupling.in_steps(STIFFNESS, 1e-7);
+            let penalty = coupling.in_steps(STIFFNESS, 1e-7 / coupling.steps as f64);
             let share = Share::<Plane>::new(1.0, [0.0; 3]);
             let (mut spring, mut velocity) = (PenaltySpring::<Plane>::loose(), Vector::new(1.0, 0.0));
             for _ in 0..2000 {
                 velocity += spring.given;
-                spring = penalty.after(&spring, MASS, &share.of(&velocity), &share);
+                spring = penalty.after(&spring, MASS, (&share.of(&velocity), &Vector::zero()), &share);
             }
             velocity.norm() > 1e3 || velocity.norm().is_nan()
         };
         for damping in [0.0, 0.2, 0.8] {
-            let of = |stiffness: f64| Coupling { stiffness, damping };
-            let most = of(0.0).stiffness_max(STIFFNESS, 1e-7, MASS);
-            assert!(!grows(of(0.98 * most)), "{damping}");
-            assert!(grows(of(1.05 * most)), "{damping}");
+            for steps in [1, 4] {
+                let of = |stiffness: f64| Coupling { stiffness, damping, steps };
+                let most = of(0.0).stiffness_max(STIFFNESS, 1e-7 / steps as f64, MASS);
+                assert!(!grows(of(0.98 * most)), "{damping}, {steps}");
+                assert!(grows(of(1.05 * most)), "{damping}, {steps}");
+            }
         }
     }
 }

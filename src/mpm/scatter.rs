@@ -3,7 +3,7 @@
 use crate::base::ids::Row;
 use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
 use crate::base::numbers::Lanes;
-use crate::base::space::{Space, Words};
+use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::{Hot as GrainHot, PenaltySpring};
 use crate::mpm::points::{Beside, Hot};
@@ -437,12 +437,12 @@ pub fn scatter_loads<S: Space>(
     }
 }
 
-/// What those grains of the block that take part bring, by their `rows` there, rising, at their positions before the step, once their
-/// penalty springs have given them what is due.
+/// What those grains of the block that take part bring, by their `rows` there, rising, at their positions before the step, and with it what their
+/// penalty springs have given them since the last exchange, where this is one and `springs` are there.
 pub fn scatter_grains<S: Space>(
     (frame, instructions): (&TileFrame<S>, Instructions),
     rows: &[u32],
-    (hot, springs): (&mut [GrainHot<S>], &[PenaltySpring<S>]),
+    (hot, springs): (&[GrainHot<S>], Option<&[PenaltySpring<S>]>),
     tile: &mut [GrainNode<S>],
 ) {
     instructions.run(ScatterGrains { frame, rows, hot, springs, tile });
@@ -451,8 +451,8 @@ pub fn scatter_grains<S: Space>(
 struct ScatterGrains<'a, S: Space> {
     frame: &'a TileFrame<S>,
     rows: &'a [u32],
-    hot: &'a mut [GrainHot<S>],
-    springs: &'a [PenaltySpring<S>],
+    hot: &'a [GrainHot<S>],
+    springs: Option<&'a [PenaltySpring<S>]>,
     tile: &'a mut [GrainNode<S>],
 }
 
@@ -483,8 +483,8 @@ struct AddGrains<'a, S: Space, P> {
     basis: &'a Basis,
     edge: usize,
     rows: &'a [u32],
-    hot: &'a mut [GrainHot<S>],
-    springs: &'a [PenaltySpring<S>],
+    hot: &'a [GrainHot<S>],
+    springs: Option<&'a [PenaltySpring<S>]>,
     tile: &'a mut [GrainNode<S>],
     pack: std::marker::PhantomData<P>,
 }
@@ -496,10 +496,11 @@ impl<S: Space, P: Pack> Kernel<P> for AddGrains<'_, S, P> {
     fn run(self) {
         let Self { basis, edge, rows, hot, springs, tile, .. } = self;
         for (lane, row_of_grain) in rows.iter().enumerate() {
-            let (hot, spring) = (&mut hot[*row_of_grain as usize], &springs[*row_of_grain as usize]);
-            hot.velocity += spring.given;
+            let row_of_grain = *row_of_grain as usize;
+            let hot = &hot[row_of_grain];
+            let given = springs.map_or(S::Vector::zero(), |springs| springs[row_of_grain].given);
             let mass = hot.weight * hot.mass;
-            let brought = GrainNode::<S>::new(mass, &(hot.velocity * mass), &(spring.given * mass));
+            let brought = GrainNode::<S>::new(mass, &(hot.velocity * mass), &(given * mass));
             let brought = P::load(&brought.0);
             for k in 0..Stencil::<S, P, 3>::LAYERS {
                 for j in 0..3 {

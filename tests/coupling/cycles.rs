@@ -7,9 +7,9 @@ use scree::mpm::scheme::Transfer;
 use scree::run::start;
 use scree_partition::Solo;
 
-use crate::coupling::shaken;
+use crate::coupling::{DT, shaken};
 use crate::runs::{done, options, result};
-use crate::worlds::packed_job;
+use crate::worlds::{exchanging, packed_job};
 
 /// A blend acts once a cycle; with this one it takes the same out of the motion in the same time.
 fn blend(grain_steps: u64) -> f64 {
@@ -18,8 +18,14 @@ fn blend(grain_steps: u64) -> f64 {
 
 #[test]
 fn a_cycle_keeps_the_momentum_of_grains_and_points() {
+    [1, 2, 4, 8].into_iter().for_each(keeps_momentum);
+}
+
+/// With an exchange between grains and nodes after every so many steps.
+fn keeps_momentum(exchange: u64) {
     let mut world = shaken(&Solo);
     world.settings.grain_steps = 8;
+    world.settings.grid.penalty = exchanging(exchange, DT);
     let before = world.holdings().unwrap();
     for cycle in 0..50 {
         world.advance().unwrap();
@@ -30,30 +36,34 @@ fn a_cycle_keeps_the_momentum_of_grains_and_points() {
         assert_eq!(now.mass, before.mass, "cycle {cycle}");
         for axis in 0..2 {
             let speed = (now.momentum[axis] - before.momentum[axis]).abs() / now.mass;
-            assert!(speed < 1e-14, "cycle {cycle}, axis {axis}: {speed:e} m/s");
+            assert!(speed < 1e-14, "exchange after {exchange}, cycle {cycle}, axis {axis}: {speed:e} m/s");
         }
     }
     assert_eq!(world.step, 400);
 }
 
-/// The layers start half a metre per second apart: what they give each other in a while is the same in steps and in cycles.
+/// The layers start half a metre per second apart: what they give each other in a while is the same in steps and in cycles, and where they
+/// exchange it at the end of these alone.
 #[test]
 fn cycles_give_what_steps_give() {
-    let given = |grain_steps: u64, flip: f64| {
+    let given = |grain_steps: u64, exchange: u64, flip: f64| {
         let mut world = shaken(&Solo);
         world.settings.grain_steps = grain_steps;
+        world.settings.grid.penalty = exchanging(exchange, DT);
         world.settings.grid.transfer = Transfer::Blend { flip };
         while world.step < 400 {
             world.advance().unwrap();
         }
         world.assembly.grains.hot.iter().map(|hot| hot.weight * hot.mass * hot.velocity[0]).sum::<f64>()
     };
-    let steps = given(1, blend(1));
-    let far = |grain_steps: u64| {
-        let apart = given(grain_steps, blend(grain_steps)) - steps;
+    let steps = given(1, 1, blend(1));
+    let far = |grain_steps: u64, exchange: u64| {
+        let apart = given(grain_steps, exchange, blend(grain_steps)) - steps;
         apart.abs() / steps
     };
-    let errors = [2, 4, 8].map(far);
+    let exchanged = [1, 2, 4, 8].map(|exchange| far(8, exchange));
+    println!("the same in cycles of 8 with an exchange after 1, 2, 4 and 8 steps: {exchanged:?}");
+    let errors = [2, 4, 8].map(|grain_steps| far(grain_steps, 1));
     println!("momentum of grains after 400 steps, in cycles against steps: {errors:?}");
     // With volume strain averaged, which knows plastic strain by the step, half as much again as without.
     assert!(errors[0] < 6e-4 && errors[1] < 1.5e-3 && errors[2] < 2.5e-3, "{errors:?}");

@@ -49,6 +49,8 @@ struct Plan {
     shape: ShapeFunction,
     update: StressUpdate,
     transfer: Transfer,
+    /// Steps of grains in one of the continuum, and from one exchange with nodes to the next.
+    cycle: [u64; 2],
     /// Shear of a cell of grains that is periodic everywhere, 1/s.
     shear: f64,
 }
@@ -86,6 +88,7 @@ impl Plan {
             shape,
             update: updates[if grains { 0 } else { random.below(3) }],
             transfer: if !grains && random.one_in(3) { Transfer::Affine } else { Transfer::Blend { flip: 0.9 } },
+            cycle: if grains && points && seed.is_multiple_of(2) { [4, 2] } else { [1, 1] },
             shear: if whole && !points { 4.0 * random.signed() } else { 0.0 },
             random,
         }
@@ -129,7 +132,8 @@ impl Plan {
                 shape: self.shape,
                 update: self.update,
                 transfer: self.transfer,
-                penalty: Coupling::DEFAULT.in_steps(contact.stiffness_normal, STEP),
+                penalty: Coupling { steps: self.cycle[1], ..Coupling::DEFAULT }
+                    .in_steps(contact.stiffness_normal, STEP),
                 ..Grid::blend(0.9)
             },
             material: std::sync::Arc::new(CriticalDruckerPrager {
@@ -138,6 +142,7 @@ impl Plan {
                 cohesion: 50.0,
                 ..material()
             }),
+            grain_steps: self.cycle[0],
             ..Settings::of_grains(Constants::new(STEP, 0.15, law_of(&contact.into())))
         }
     }

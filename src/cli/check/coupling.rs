@@ -23,6 +23,11 @@ pub fn section(page: &mut Page, slots: &Slots) {
         &figures(granular.coupling.stiffness),
         &format!("times a contact's stiffness, {} of critical damping", figures(granular.coupling.damping)),
     );
+    page.row(
+        "exchange with nodes",
+        &format!("every {}", whole(granular.coupling.steps as f64)),
+        "steps of grains, coupling.steps",
+    );
     page.row("training", &figures(zone.training), "share of the continuum's motion");
     let whence = match granular.reference {
         Origin::Specimen => "grains of a zone are those of a specimen that is equilibrated before the run",

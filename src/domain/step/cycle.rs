@@ -7,7 +7,8 @@
 //! P_c <- P_c + f dt - J,   lambda = (m_d P_c - m_c P_d)/(m_c + m_d),   P_c <- P_c - lambda,   P_d <- P_d + lambda
 //! ```
 //!
-//! so that grains of the rim are held in every step of theirs, and each of them keeps momentum. Nodes without grains take
+//! so that grains of the rim are held in every step of theirs, and each of them keeps momentum; or in every k-th, where dt is that of k steps of grains
+//! and what lies between is a step of grains alone with what penalty springs give in each of them ([`crate::mpm::penalty`]). Nodes without grains take
 //! the whole cycle at once, at its end, and so do sides of bodies before which grains share none. With m = 1 this is the scheme of Yue et al. (2018).
 //!
 //! Bodies take the whole cycle at once, at its beginning, under the force that grains and nodes then put on them; what they take of both is
@@ -15,6 +16,7 @@
 //! a cycle, so that nodes in mid-cycle are no state.
 
 use crate::base::space::{Linear, Space};
+use crate::dem::grains::Grains;
 use crate::domain::grid::{BoundaryConditions, Moment};
 use crate::domain::phases::Phase;
 use crate::domain::step::grid::{CHANGES, GRAINS};
@@ -22,6 +24,7 @@ use crate::domain::subdomain::Subdomain;
 use crate::domain::world::World;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::nodes::{self, Stepped};
+use crate::mpm::penalty::Penalty;
 use crate::mpm::tile::{GrainChange, GrainNode, Stride, Tier, Tiles};
 
 /// How many times as fast as the fastest grain at the end of a cycle any grain may become within the next: twice that in
@@ -47,6 +50,16 @@ impl<S: Space> World<'_, S> {
         self.step_of_cycle + 1 == self.settings.grain_steps
     }
 
+    /// Whether grains and the nodes that they share act on each other in this step: in every k-th of a cycle, the last among them.
+    pub(crate) fn exchanges(&self) -> bool {
+        self.ends_cycle() || (self.step_of_cycle + 1).is_multiple_of(self.settings.grid.penalty.steps)
+    }
+
+    /// Whether a step of a cycle is one of grains alone, between two exchanges with nodes.
+    pub(crate) fn goes_between(&self) -> bool {
+        !self.begins_cycle() && !self.exchanges()
+    }
+
     /// Bound on the way of any grain of this rank, and of any body that grains touch, within the next cycle, m; none where lists are
     /// looked after at every step.
     pub(crate) fn reach_of_cycle(&self) -> f64 {
@@ -60,6 +73,17 @@ impl<S: Space> World<'_, S> {
         FASTER * squares.fold(0.0, f64::max).sqrt() * self.dt_of_continuum()
     }
 
+    /// Before the first step of a cycle: where grains will be at its first exchange, by the velocities that the last one left behind.
+    pub(crate) fn foresee(&mut self) {
+        let (steps, dt) = (self.settings.grid.penalty.steps, self.settings.grains.dt);
+        if self.is_coupled() && steps > 1 {
+            let Grains { hot, foreseen, owned, .. } = &mut self.assembly.grains;
+            let hot = hot[..*owned].iter();
+            foreseen.clear();
+            foreseen.extend(hot.map(|hot| Penalty::foreseen::<S>(&hot.position, &hot.velocity, steps - 1, dt)));
+        }
+    }
+
     /// No node has gone with grains yet.
     pub(crate) fn begin_cycle(&mut self) {
         if self.settings.grain_steps > 1 {
@@ -69,7 +93,7 @@ impl<S: Space> World<'_, S> {
 
     /// In the middle of a cycle: what grains bring to nodes anew.
     pub(crate) fn fill_grid_by_grains(&mut self) {
-        if !self.is_coupled() {
+        if !self.is_coupled() || !self.exchanges() {
             return;
         }
         self.scatter_grains();
@@ -101,7 +125,7 @@ impl<S: Space> World<'_, S> {
 
     /// Before the end of a cycle: shared nodes take a step of grains, and grains what it makes of them.
     pub(crate) fn share_grid(&mut self) {
-        if !self.is_coupled() {
+        if !self.is_coupled() || !self.exchanges() {
             return;
         }
         self.meet_faces(Moment::Step);

@@ -229,7 +229,7 @@ impl<S: Space> World<'_, S> {
         let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let instructions = self.assembly.contacts.instructions();
         let Subdomain { participants, grain_ranges, .. } = &self.subdomain;
-        let frames = &self.continuum.frames;
+        let (frames, exchanges) = (&self.continuum.frames, self.exchanges());
         let Grains { hot, springs, owned, .. } = &mut self.assembly.grains;
         let held = Held {
             rows: (&mut hot[..*owned], &mut springs[..]),
@@ -240,6 +240,7 @@ impl<S: Space> World<'_, S> {
             let rows = participants.in_block(block);
             if !rows.is_empty() {
                 tiles.fill(GrainNode::zero());
+                let springs = exchanges.then_some(&*springs);
                 scatter_grains((&frames[block], instructions), rows, (hot, springs), tiles);
             }
             0.0
@@ -434,13 +435,14 @@ impl<S: Space> World<'_, S> {
         let Subdomain { participants, grain_ranges, nodes, .. } = &self.subdomain;
         let (frames, tiers) = (&self.continuum.frames, &nodes.mosaic.tiers);
         let (tiles, penalty) = (&self.continuum.tiles.grain_changes, &self.settings.grid.penalty);
-        let Grains { hot, springs, owned, .. } = &mut self.assembly.grains;
-        let held = Held { rows: (&mut hot[..*owned], &mut springs[..]), tiles: (), tile_len: 0 };
-        over_blocks(grain_ranges, held, &|block, Held { rows: (hot, springs), .. }| {
+        let dt = self.settings.grains.dt;
+        let Grains { hot, springs, foreseen, owned, .. } = &mut self.assembly.grains;
+        let held = Held { rows: (&mut hot[..*owned], &mut springs[..], &mut foreseen[..]), tiles: (), tile_len: 0 };
+        over_blocks(grain_ranges, held, &|block, Held { rows: (hot, springs, foreseen), .. }| {
             let rows = participants.in_block(block);
             if !rows.is_empty() && tiers[block] == tier {
                 let tile = &tiles[block * len..(block + 1) * len];
-                correct_grains((&frames[block], instructions), (tile, penalty), rows, (hot, springs));
+                correct_grains((&frames[block], instructions), (tile, penalty, dt), rows, (hot, springs, foreseen));
             }
             0.0
         });

@@ -142,7 +142,9 @@ impl Forecast {
         let is_held = continuum.is_some_and(|on| !on.membranes.is_empty());
         let of_nodes = continuum.map_or(0.0, |on| figures::nodes(on) * costs.node);
         let of_points = points * costs.point / cycle;
-        let alone = |cycle: f64| all * costs.grain + if is_held { all * costs.sharing + of_nodes / cycle } else { 0.0 };
+        let exchange = continuum.and_then(|on| on.grains.as_ref()).map_or(1.0, |grains| grains.coupling.steps as f64);
+        let sharing = costs.sharing / exchange;
+        let alone = |cycle: f64| all * costs.grain + if is_held { all * sharing + of_nodes / cycle } else { 0.0 };
         let each = match method {
             Method::Dem => alone(cycle),
             Method::Mpm | Method::Fem => of_points,
@@ -151,7 +153,7 @@ impl Forecast {
             }
             Method::Hybrid => {
                 let shared = if is_held { 1.0 } else { continuum.map_or(0.0, share_of_rim) };
-                zone * (all * (costs.grain + shared * costs.sharing) + of_nodes / cycle) + of_points
+                zone * (all * (costs.grain + shared * sharing) + of_nodes / cycle) + of_points
             }
         };
         let held = share_held(job, method);

@@ -21,6 +21,7 @@ use crate::job::raw::{Reader, Typed};
 use crate::job::schema::Kind;
 use crate::job::{Method, stable};
 use crate::law::material::ConstitutiveLaw;
+use crate::mpm::penalty::Coupling;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
@@ -314,14 +315,36 @@ pub fn check_method(job: &Mpm, grains: &Granular, typed: &Typed) {
 /// Penalty springs that shake the lightest grain apart.
 fn check_coupling(job: &Mpm, grains: &Granular, typed: &Typed) {
     let (piece, coupling) = (&grains.piece, &grains.coupling);
+    // Grains alone of a hybrid's job know no cycles.
+    if grains.method == Method::Hybrid && !job.grain_steps.is_multiple_of(coupling.steps) {
+        let problem = format!(
+            "does not divide time.grain_steps = {}: nodes and grains are together at the end of every step of the continuum. Write a number that does.",
+            job.grain_steps
+        );
+        typed.note_together(typed.refusal("coupling", "steps", &problem));
+    }
     let lightest = figures::grain(piece, diameters(piece).smallest).mass;
-    let most = coupling.stiffness_max(figures::springs_mean(piece).normal, job.step, lightest);
+    let contact = figures::springs_mean(piece);
+    let with = |steps: u64| Coupling { steps, ..*coupling };
+    if coupling.steps > 1 && !coupling.is_stable(&contact, job.step, lightest) {
+        let most = (1..coupling.steps).rev().find(|steps| with(*steps).is_stable(&contact, job.step, lightest));
+        let problem = format!(
+            "leaves penalty springs alone with contacts for so long that they swing the lightest grain farther with every exchange: with coupling.stiffness = {} and coupling.damping = {} at most {}.",
+            digits(coupling.stiffness),
+            digits(coupling.damping),
+            most.unwrap_or(1)
+        );
+        typed.note_together(typed.refusal("coupling", "steps", &problem));
+        return;
+    }
+    let most = coupling.stiffness_max(contact.normal, job.step, lightest);
     if coupling.stiffness <= most {
         return;
     }
     let problem = format!(
-        "makes springs that swing the lightest grain farther with every step: with coupling.damping = {} at most {}.",
+        "makes springs that swing the lightest grain farther with every step: with coupling.damping = {} and coupling.steps = {} at most {}.",
         digits(coupling.damping),
+        coupling.steps,
         significant(most, 3)
     );
     typed.note_together(typed.refusal("coupling", "stiffness", &problem));
