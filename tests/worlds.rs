@@ -59,8 +59,8 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
 }
 
 /// Penalty springs of grains in [`settings`] that exchange with nodes after every so many steps of `dt`, s.
-pub fn exchanging(steps: u64, dt: f64) -> Penalty {
-    Coupling { steps, ..Coupling::DEFAULT }.in_steps(contact(0.0).stiffness_normal, dt)
+pub fn exchanging(interval: u64, dt: f64) -> Penalty {
+    Coupling { interval, ..Coupling::DEFAULT }.in_steps(contact(0.0).stiffness_normal, dt)
 }
 
 pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane> {

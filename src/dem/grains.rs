@@ -69,12 +69,12 @@ pub struct Cold<S: Space> {
 }
 
 /// What holds a grain to the continuum that shares its place: a spring and a dashpot on the way that it slips, as changes of
-/// its velocity in a step, m/s ([`crate::mpm::nodes`]). Both are zero away from the rim.
+/// its velocity from one exchange with nodes to the next, m/s ([`crate::mpm::penalty`]). Both are zero away from the rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltySpring<S: Space> {
     /// Of the spring.
     pub spring: S::Vector,
-    /// Of both in the step to come.
+    /// Of both until the next exchange.
     pub given: S::Vector,
 }
 
@@ -121,9 +121,9 @@ pub struct Grains<S: Space> {
     pub alike: Vec<bool>,
     /// Ties of owned rows to the continuum.
     pub springs: Vec<PenaltySpring<S>>,
-    /// Where owned rows are at the next exchange with nodes, m, as the last one foresaw; made anew at the beginning of a cycle, and empty where every step has an
+    /// Where owned rows that share nodes are at the next exchange, m, as the last one predicted; made anew at the beginning of a cycle, and empty where no step goes without an
     /// exchange.
-    pub foreseen: Vec<S::Vector>,
+    pub predicted: Vec<S::Vector>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
     pub force: Vec<S::Vector>,
     /// By owned row, N m.
@@ -146,7 +146,7 @@ impl<S: Space> Default for Grains<S> {
             waits: Vec::new(),
             alike: Vec::new(),
             springs: Vec::new(),
-            foreseen: Vec::new(),
+            predicted: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
         }
@@ -273,7 +273,7 @@ impl<S: Space> Grains<S> {
             + (self.near_bodies.capacity() + self.waiting.capacity()) * size_of::<Row>()
             + (self.waits.capacity() + self.alike.capacity()) * size_of::<bool>()
             + self.springs.capacity() * size_of::<PenaltySpring<S>>()
-            + self.foreseen.capacity() * size_of::<S::Vector>()
+            + self.predicted.capacity() * size_of::<S::Vector>()
             + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()
             + self.torque.capacity() * size_of::<S::Spin>()
@@ -346,7 +346,7 @@ pub fn body_of_partner(partner: GrainId) -> Option<usize> {
 pub struct PenaltySpringRow<S: Space> {
     /// Whose it is.
     pub grain: GrainId,
-    /// Changes of velocity in a step, m/s.
+    /// Changes of velocity until the next exchange, m/s.
     pub spring: PenaltySpring<S>,
 }
 

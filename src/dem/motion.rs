@@ -135,7 +135,7 @@ pub struct Moves<K, const DRIFTS: bool> {
     /// What changes velocities.
     pub kick: K,
     /// Share of what penalty springs give until the next exchange with nodes that this step has; 0 where grains share none.
-    pub tied: f64,
+    pub spring_share: f64,
     /// Time over which velocities change, s: less than the step in the first of a run, where these are of time zero.
     pub dt_kick: f64,
     /// Time of the drift, s.
@@ -148,8 +148,8 @@ impl<S: Space, K: Kick<S>, const DRIFTS: bool> Finish<S> for Moves<K, DRIFTS> {
         match resting.movers[row] {
             Mover::Free => {
                 self.kick.kick_one(hot, given, self.dt_kick);
-                if self.tied > 0.0 {
-                    hot.velocity += resting.springs[row].given * self.tied;
+                if self.spring_share > 0.0 {
+                    hot.velocity += resting.springs[row].given * self.spring_share;
                 }
             }
             Mover::Body(_) => return 0.0,
@@ -170,9 +170,9 @@ impl<S: Space, K: Kick<S>, const DRIFTS: bool> Finish<S> for Moves<K, DRIFTS> {
         record.load(&std::array::from_fn(|lane| &hot[lane]), Hot::<S>::WIDTH);
         let mut grain = Side::<S, P>::of_record(&record);
         self.kick.kick(&mut grain, (columns(force), columns(torque)), self.dt_kick);
-        if self.tied > 0.0 {
+        if self.spring_share > 0.0 {
             let given: S::VectorOf<P> = columns(&std::array::from_fn::<_, LANES, _>(|lane| springs[lane].given));
-            grain.velocity = grain.velocity + given * P::splat(self.tied);
+            grain.velocity = grain.velocity + given * P::splat(self.spring_share);
         }
         record.set_words(S::DIMENSION, &grain.velocity);
         record.set_words(2 * S::DIMENSION, &grain.spin);
@@ -380,13 +380,28 @@ mod tests {
         (0..S::Tensor::COMPONENTS).for_each(|component| cell.gradient[component] = number(component + 50));
         (0..S::DIMENSION).for_each(|axis| cell.corner[axis] = number(axis + 60));
         let (dt_kick, dt) = (0.05, 0.1);
-        for tied in [0.0, 0.25] {
-            eights_move_as_single_ones_do(&Moves::<_, true> { kick: Falling::<S> { gravity }, tied, dt_kick, dt });
-            eights_move_as_single_ones_do(&Moves::<_, false> { kick: Falling::<S> { gravity }, tied, dt_kick, dt });
+        for spring_share in [0.0, 0.25] {
+            eights_move_as_single_ones_do(&Moves::<_, true> {
+                kick: Falling::<S> { gravity },
+                spring_share,
+                dt_kick,
+                dt,
+            });
+            eights_move_as_single_ones_do(&Moves::<_, false> {
+                kick: Falling::<S> { gravity },
+                spring_share,
+                dt_kick,
+                dt,
+            });
         }
         for form in [DampingForm::Vector, DampingForm::Component] {
             let field = Field { gravity, damping: Damping { local: 0.3, form, mass: 0.7 } };
-            eights_move_as_single_ones_do(&Moves::<_, true> { kick: Damped { field, cell }, tied: 1.0, dt_kick, dt });
+            eights_move_as_single_ones_do(&Moves::<_, true> {
+                kick: Damped { field, cell },
+                spring_share: 1.0,
+                dt_kick,
+                dt,
+            });
         }
     }
 

@@ -107,10 +107,15 @@ impl<S: Space> Sample<S> {
         let cell = self.assembly.cell;
         let dt_kick = self.constants.kick_share(self.step) * dt;
         match field.is_plain() && cell.gradient == S::Tensor::zero() {
-            true => {
-                self.evaluate(&Moves::<_, DRIFTS> { kick: Falling { gravity: field.gravity }, tied: 0.0, dt_kick, dt })
+            true => self.evaluate(&Moves::<_, DRIFTS> {
+                kick: Falling { gravity: field.gravity },
+                spring_share: 0.0,
+                dt_kick,
+                dt,
+            }),
+            false => {
+                self.evaluate(&Moves::<_, DRIFTS> { kick: Damped { field, cell }, spring_share: 0.0, dt_kick, dt })
             }
-            false => self.evaluate(&Moves::<_, DRIFTS> { kick: Damped { field, cell }, tied: 0.0, dt_kick, dt }),
         }
     }
 

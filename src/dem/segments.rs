@@ -67,7 +67,7 @@ pub struct Resting<'a, S: Space> {
     pub alike: &'a [bool],
     /// Positions at the last rebuild by owned row, m.
     pub homes: &'a [S::Vector],
-    /// By owned row; none of grains that have never shared nodes.
+    /// By owned row; none of the grains of an RVE.
     pub springs: &'a [PenaltySpring<S>],
     /// Read for the velocities of scripted rows.
     pub cold: &'a [Cold<S>],

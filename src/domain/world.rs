@@ -167,9 +167,11 @@ impl<S: Space> World<'_, S> {
         }
     }
 
-    /// Whether nothing stands between the kick of a grain and its drift: no grid, no cell that deforms, no account of energy.
+    /// Whether nothing stands between the kick of a grain and its drift: no exchange with nodes, no cell that deforms, no account of energy.
     fn is_plain(&self) -> bool {
-        (!self.has_grid() || self.goes_between()) && self.settings.grains.drive.is_at_rest() && self.ledger.is_none()
+        (!self.has_grid() || self.is_between_exchanges())
+            && self.settings.grains.drive.is_at_rest()
+            && self.ledger.is_none()
     }
 
     /// The same to the bit as the whole list, with every grain's record touched once.
@@ -194,7 +196,7 @@ impl<S: Space> World<'_, S> {
         self.open_page();
         let (begins, ends) = (self.begins_cycle(), self.ends_cycle());
         if begins {
-            self.foresee();
+            self.predict_places();
             self.strain_first()?;
         }
         self.evaluate_and_kick::<false>();
@@ -333,10 +335,15 @@ impl<S: Space> World<'_, S> {
     fn evaluate_and_kick<const DRIFTS: bool>(&mut self) -> f64 {
         let (field, cell, dt) = (self.settings.grains.field, self.assembly.cell, self.settings.grains.dt);
         let dt_kick = self.kick_share() * dt;
-        let tied = if self.is_coupled() { self.settings.grid.penalty.part() } else { 0.0 };
+        let spring_share = if self.is_coupled() { self.settings.grid.penalty.part() } else { 0.0 };
         match field.is_plain() && cell.gradient == S::Tensor::zero() {
-            true => self.evaluate(&Moves::<_, DRIFTS> { kick: Falling { gravity: field.gravity }, tied, dt_kick, dt }),
-            false => self.evaluate(&Moves::<_, DRIFTS> { kick: Damped { field, cell }, tied, dt_kick, dt }),
+            true => self.evaluate(&Moves::<_, DRIFTS> {
+                kick: Falling { gravity: field.gravity },
+                spring_share,
+                dt_kick,
+                dt,
+            }),
+            false => self.evaluate(&Moves::<_, DRIFTS> { kick: Damped { field, cell }, spring_share, dt_kick, dt }),
         }
     }
 

@@ -18,7 +18,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, body_partner};
 use crate::domain::step::full_step::{FullStep, full_step};
 use crate::export::refuse_points_alone;
-use crate::job::Job;
+use crate::job::{Job, Method};
 use crate::mpm::membrane::Vertex;
 use crate::observe::contact_frame;
 use crate::prepare::grain_file::csv::{FORCES, TIME, header, header_of_contacts};
@@ -56,7 +56,10 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
         )));
     }
     let job = job_of(state, dir)?;
-    if job.continuum().is_some() && job.plates().is_none() && wanted != Wanted::default() {
+    let exchanges_seldom =
+        job.as_shear().is_some_and(|shear| shear.method == Method::Hybrid && shear.coupling.interval > 1);
+    let is_pushed = exchanges_seldom || (job.continuum().is_some() && job.plates().is_none());
+    if is_pushed && wanted != Wanted::default() {
         return Err(Error::User(format!(
             "{}: nodes push grains that share them with points, so that full steps of these are known in the next step only. Leave --velocities now and --forces out; contacts.vtkhdf has forces where output.contact_frames = true.",
             dir.display()

@@ -260,6 +260,13 @@ pub fn springs_mean(assembly: &Assembly) -> Springs {
     super::derived::springs_mean(&assembly.contact, assembly.matter.diameter_mean)
 }
 
+/// The same with their masses, from which a law with a coefficient of restitution has its dashpots.
+pub fn springs_of_mean_grains(assembly: &Assembly) -> Springs {
+    let diameter = assembly.matter.diameter_mean;
+    let mass = grain(assembly, diameter).mass;
+    springs_at(&assembly.contact, [0.5 * diameter; 2], [mass; 2], HERTZ_OVERLAP)
+}
+
 /// Diameters as the bounds of the step need them, m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diameters {

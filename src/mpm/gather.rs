@@ -433,14 +433,14 @@ fn outside_of<S: Space, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
 }
 
 /// Correction of those grains of the block that take part, by their `rows` there: `v += sum N lambda_i/m_i`, and what their penalty
-/// springs do until the next exchange; `foreseen` is where the last one expected grains to be now, where steps of `dt`, s, lie between. Spin is left alone.
+/// springs do until the next exchange; `predicted` is where the last one expected grains to be now, where steps of `dt`, s, lie between. Spin is left alone.
 pub fn correct_grains<S: Space>(
     (frame, instructions): (&TileFrame<S>, Instructions),
     (tile, penalty, dt): (&[GrainChange<S>], &Penalty, f64),
     rows: &[u32],
-    (hot, springs, foreseen): (&mut [GrainHot<S>], &mut [PenaltySpring<S>], &mut [S::Vector]),
+    (hot, springs, predicted): (&mut [GrainHot<S>], &mut [PenaltySpring<S>], &mut [S::Vector]),
 ) {
-    instructions.run(Correct { frame, tile, penalty, dt, rows, hot, springs, foreseen });
+    instructions.run(Correct { frame, tile, penalty, dt, rows, hot, springs, predicted });
 }
 
 struct Correct<'a, S: Space> {
@@ -451,7 +451,7 @@ struct Correct<'a, S: Space> {
     rows: &'a [u32],
     hot: &'a mut [GrainHot<S>],
     springs: &'a mut [PenaltySpring<S>],
-    foreseen: &'a mut [S::Vector],
+    predicted: &'a mut [S::Vector],
 }
 
 impl<S: Space> Packed for Correct<'_, S> {
@@ -459,7 +459,7 @@ impl<S: Space> Packed for Correct<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { frame, tile, penalty, dt, rows, hot, springs, foreseen } = self;
+        let Self { frame, tile, penalty, dt, rows, hot, springs, predicted } = self;
         let per_time = penalty.part() / dt;
         let (mut basis, mut changes) = (Basis::zero(), [[0.0; NODE_WORDS]; LANES]);
         for rows in rows.chunks(LANES) {
@@ -475,13 +475,13 @@ impl<S: Space> Packed for Correct<'_, S> {
                 let (hot, spring) = (&mut hot[*row as usize], &mut springs[*row as usize]);
                 let change = GrainChange::<S>::of(*change);
                 hot.velocity += change.velocity();
-                let (share, mut surplus) = (change.share(), S::Vector::zero());
-                if let Some(foreseen) = foreseen.get_mut(*row as usize) {
-                    surplus = share.of(&((hot.position - *foreseen) * per_time));
-                    *foreseen = Penalty::foreseen::<S>(&hot.position, &hot.velocity, penalty.steps, dt);
+                let (share, mut prediction_error) = (change.share(), S::Vector::zero());
+                if let Some(predicted) = predicted.get_mut(*row as usize) {
+                    prediction_error = share.of(&((hot.position - *predicted) * per_time));
+                    *predicted = Penalty::predicted::<S>(&hot.position, &hot.velocity, penalty.interval, dt);
                 }
                 let slip = share.of(&hot.velocity) - change.shared();
-                *spring = penalty.after(spring, hot.mass, (&slip, &surplus), &share);
+                *spring = penalty.after(spring, hot.mass, (&slip, &prediction_error), &share);
             }
         }
     }

@@ -11,6 +11,7 @@ use crate::job::assembly::{Assembly, Body, Cell, Motion, Packed, PathPoint, Prep
 use crate::job::mpm::{Boundary, Granular, InitialStress, Material, Mpm, Origin, Region, RigidBody, Rves};
 use crate::job::{Grains, Loading, Method, Output, Packing, Scenario, Time};
 use crate::law::material::{ConstitutiveLaw, Elastic};
+use crate::mpm::penalty::Coupling;
 use crate::mpm::scheme::Scheme;
 
 /// Of a packing between plates.
@@ -24,6 +25,7 @@ pub fn sheared(job: &Scenario) -> String {
         loading: Loading { stress_normal: 0.0, speed: 0.0, speed_ramp: 0.0, strain_end: 0.0, ..job.loading },
         oracle: NO_ORACLE,
         enrichment: NO_ZONE,
+        coupling: Coupling { interval: 1, ..job.coupling },
         time: Time { grain_steps: 1, ..job.time },
         output: Output::default(),
         ledger: false,
@@ -76,7 +78,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
     let grains = Granular {
         method: Method::Dem,
         piece: Assembly { gravity: [0.0; 3], bodies: Vec::new(), ..piece(&granular.piece, packed) },
-        coupling: granular.coupling,
+        coupling: Coupling { interval: 1, ..granular.coupling },
         enrichment: NO_ZONE,
         reference: Origin::Specimen,
         rves: Rves::DEFAULT,
@@ -113,7 +115,8 @@ fn named(how: &str, job: &str) -> String {
         .replace("\nvolume_averaging = true", "")
         .replace("\ncriterion = \"laplacian\"", "")
         .replace("\ncontact_at = \"nodes\"", "")
-        .replace("\nheterogeneity = \"none\"", "");
+        .replace("\nheterogeneity = \"none\"", "")
+        .replace("\ninterval = 1\n", "\n");
     format!("{how}\n{job}")
 }
 

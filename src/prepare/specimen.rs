@@ -362,6 +362,7 @@ fn settings_of_rest<S: Space>(job: &Mpm, granular: &Granular) -> Settings<S> {
     let mut settings: Settings<S> =
         point_world::settings(job, material_of(&job.material.law), law_of(&granular.piece.contact));
     settings.grain_steps = 1;
+    settings.grid.penalty = granular.penalty_of_every_step(job.step);
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
     let mut gravity = settings.grains.field.gravity;

@@ -174,11 +174,20 @@ fn a_continuum_alone_begins_as_heterogeneous_as_its_hybrid() {
     assert_eq!(hybrid, alone);
 }
 
+/// The job with so many steps of grains from one exchange with nodes to the next.
+fn exchanging(interval: u64, text: String) -> String {
+    replaced(text, &[("[enrichment]", &format!("[coupling]\n        interval = {interval}\n        [enrichment]"))])
+}
+
 /// Membranes hold grains by nodes alone. None leaves, single ones included; nobody gives them mass or momentum beside bodies and pressure;
-/// and the pressure is what they bear across.
+/// and the pressure is what they bear across. Also where they exchange with nodes in every fourth step alone.
 #[test]
 fn grains_do_not_leak_through_a_membrane() {
-    let ran = Ran::of(&triaxial("dem", 15e-3));
+    [1, 4].into_iter().for_each(do_not_leak);
+}
+
+fn do_not_leak(interval: u64) {
+    let ran = Ran::of(&exchanging(interval, triaxial("dem", 15e-3)));
     let kept = &ran.summary["conservation"];
     assert!(kept["momentum"]["error"].as_f64().unwrap() < 1e-12, "{kept}");
     assert_eq!(kept["mass"]["error"].as_f64().unwrap(), 0.0, "{kept}");
@@ -210,7 +219,7 @@ fn grains_do_not_leak_through_a_membrane() {
 #[test]
 fn grains_in_a_membrane_have_the_same_bits_on_any_ranks_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
-    same(&parse(&triaxial("dem", 1.2e-3)), folder.path(), "grains in membranes");
+    same(&parse(&exchanging(2, triaxial("dem", 1.2e-3))), folder.path(), "grains in membranes");
 }
 
 /// A specimen that had just been made kept the springs that had tied its grains to membranes, one from the cache had none: runs of
@@ -235,7 +244,7 @@ fn a_hybrid_in_a_membrane_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     // Points begin as dense as its grains are around them.
     let heterogeneous = "softening_rate = 10\n        heterogeneity = \"packing\"";
-    let text = replaced(triaxial("hybrid", 4e-3), &[("softening_rate = 10", heterogeneous)]);
+    let text = exchanging(2, replaced(triaxial("hybrid", 4e-3), &[("softening_rate = 10", heterogeneous)]));
     let (_, series) = same(&parse(&text), folder.path(), "a hybrid in membranes");
     let last: Vec<&str> = series.lines().last().unwrap().split(',').collect();
     let [grains, points] = [last[2], last[3]].map(|number| number.parse::<f64>().unwrap());

@@ -63,6 +63,8 @@ fn cycles_give_what_steps_give() {
     };
     let exchanged = [1, 2, 4, 8].map(|exchange| far(8, exchange));
     println!("the same in cycles of 8 with an exchange after 1, 2, 4 and 8 steps: {exchanged:?}");
+    // The layers begin apart, and the first exchange is at the end of an interval.
+    assert!(exchanged.is_sorted() && exchanged[0] < 2.5e-3 && exchanged[3] < 4e-2, "{exchanged:?}");
     let errors = [2, 4, 8].map(|grain_steps| far(grain_steps, 1));
     println!("momentum of grains after 400 steps, in cycles against steps: {errors:?}");
     // With volume strain averaged, which knows plastic strain by the step, half as much again as without.

@@ -159,7 +159,8 @@ fn a_pulse_of_many_cells_passes_the_rim() {
             );
             [back, on]
         });
-        assert!(shares[..3].windows(2).all(|pair| pair[1][0] < pair[0][0]), "{way}: {shares:?}");
+        let falling = if exchange == 1 { &shares[..] } else { &shares[..3] };
+        assert!(falling.windows(2).all(|pair| pair[1][0] < pair[0][0]), "{way}: {shares:?}");
         for [back, on] in &shares[2..] {
             assert!(*back < 0.02 && *on > 0.85, "{way}: {back} came back and {on} went on");
         }

@@ -110,13 +110,11 @@ fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
 /// push it in every step of theirs.
 #[test]
 fn a_zone_at_a_plate_in_a_nonlocal_continuum_ends_in_the_same_bits() {
-    [1, 2].into_iter().for_each(zone_at_a_plate);
+    [(1, 1), (4, 1), (4, 2)].into_iter().for_each(zone_at_a_plate);
 }
 
-/// With so many steps of grains from one exchange with nodes to the next, and their square in a step of the continuum.
-fn zone_at_a_plate(exchange: u64) {
-    let [exchanges, cycles] =
-        [format!("coupling.steps={exchange}"), format!("time.grain_steps={}", exchange * exchange)];
+fn zone_at_a_plate((grain_steps, interval): (u64, u64)) {
+    let [exchanges, cycles] = [format!("coupling.interval={interval}"), format!("time.grain_steps={grain_steps}")];
     let at_plate = [
         exchanges.as_str(),
         cycles.as_str(),

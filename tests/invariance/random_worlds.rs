@@ -132,7 +132,7 @@ impl Plan {
                 shape: self.shape,
                 update: self.update,
                 transfer: self.transfer,
-                penalty: Coupling { steps: self.cycle[1], ..Coupling::DEFAULT }
+                penalty: Coupling { interval: self.cycle[1], ..Coupling::DEFAULT }
                     .in_steps(contact.stiffness_normal, STEP),
                 ..Grid::blend(0.9)
             },

@@ -25,8 +25,8 @@ pub fn section(page: &mut Page, slots: &Slots) {
     );
     page.row(
         "exchange with nodes",
-        &format!("every {}", whole(granular.coupling.steps as f64)),
-        "steps of grains, coupling.steps",
+        &format!("every {}", whole(granular.coupling.interval as f64)),
+        "steps of grains, coupling.interval",
     );
     page.row("training", &figures(zone.training), "share of the continuum's motion");
     let whence = match granular.reference {

@@ -7,8 +7,8 @@
 //! P_c <- P_c + f dt - J,   lambda = (m_d P_c - m_c P_d)/(m_c + m_d),   P_c <- P_c - lambda,   P_d <- P_d + lambda
 //! ```
 //!
-//! so that grains of the rim are held in every step of theirs, and each of them keeps momentum; or in every k-th, where dt is that of k steps of grains
-//! and what lies between is a step of grains alone with what penalty springs give in each of them ([`crate::mpm::penalty`]). Nodes without grains take
+//! so that grains of the rim are held in every step of theirs, and each of them keeps momentum. With a coupling interval of k they do so in every k-th, and dt is that of
+//! k steps of grains. A step in between is one of grains alone, in which penalty springs give their part ([`crate::mpm::penalty`]). Nodes without grains take
 //! the whole cycle at once, at its end, and so do sides of bodies before which grains share none. With m = 1 this is the scheme of Yue et al. (2018).
 //!
 //! Bodies take the whole cycle at once, at its beginning, under the force that grains and nodes then put on them; what they take of both is
@@ -52,11 +52,11 @@ impl<S: Space> World<'_, S> {
 
     /// Whether grains and the nodes that they share act on each other in this step: in every k-th of a cycle, the last among them.
     pub(crate) fn exchanges(&self) -> bool {
-        self.ends_cycle() || (self.step_of_cycle + 1).is_multiple_of(self.settings.grid.penalty.steps)
+        self.ends_cycle() || (self.step_of_cycle + 1).is_multiple_of(self.settings.grid.penalty.interval)
     }
 
     /// Whether a step of a cycle is one of grains alone, between two exchanges with nodes.
-    pub(crate) fn goes_between(&self) -> bool {
+    pub(crate) fn is_between_exchanges(&self) -> bool {
         !self.begins_cycle() && !self.exchanges()
     }
 
@@ -73,15 +73,22 @@ impl<S: Space> World<'_, S> {
         FASTER * squares.fold(0.0, f64::max).sqrt() * self.dt_of_continuum()
     }
 
-    /// Before the first step of a cycle: where grains will be at its first exchange, by the velocities that the last one left behind.
-    pub(crate) fn foresee(&mut self) {
-        let (steps, dt) = (self.settings.grid.penalty.steps, self.settings.grains.dt);
-        if self.is_coupled() && steps > 1 {
-            let Grains { hot, foreseen, owned, .. } = &mut self.assembly.grains;
-            let hot = hot[..*owned].iter();
-            foreseen.clear();
-            foreseen.extend(hot.map(|hot| Penalty::foreseen::<S>(&hot.position, &hot.velocity, steps - 1, dt)));
+    /// Before the first step of a cycle: where grains that take part will be at its first exchange, by the velocities that the last one left behind.
+    pub(crate) fn predict_places(&mut self) {
+        let (interval, dt) = (self.settings.grid.penalty.interval, self.settings.grains.dt);
+        if !self.is_coupled() || interval == 1 {
+            return;
         }
+        let timer = self.phases.start();
+        let Subdomain { participants, grain_ranges, .. } = &self.subdomain;
+        let Grains { hot, predicted, owned, .. } = &mut self.assembly.grains;
+        predicted.resize(*owned, S::Vector::zero());
+        for (block, range) in grain_ranges.iter().enumerate() {
+            for row in participants.in_block(block).iter().map(|row| range.start + *row as usize) {
+                predicted[row] = Penalty::predicted::<S>(&hot[row].position, &hot[row].velocity, interval - 1, dt);
+            }
+        }
+        self.phases.stop(Phase::Couple, timer);
     }
 
     /// No node has gone with grains yet.

@@ -436,13 +436,13 @@ impl<S: Space> World<'_, S> {
         let (frames, tiers) = (&self.continuum.frames, &nodes.mosaic.tiers);
         let (tiles, penalty) = (&self.continuum.tiles.grain_changes, &self.settings.grid.penalty);
         let dt = self.settings.grains.dt;
-        let Grains { hot, springs, foreseen, owned, .. } = &mut self.assembly.grains;
-        let held = Held { rows: (&mut hot[..*owned], &mut springs[..], &mut foreseen[..]), tiles: (), tile_len: 0 };
-        over_blocks(grain_ranges, held, &|block, Held { rows: (hot, springs, foreseen), .. }| {
+        let Grains { hot, springs, predicted, owned, .. } = &mut self.assembly.grains;
+        let held = Held { rows: (&mut hot[..*owned], &mut springs[..], &mut predicted[..]), tiles: (), tile_len: 0 };
+        over_blocks(grain_ranges, held, &|block, Held { rows: (hot, springs, predicted), .. }| {
             let rows = participants.in_block(block);
             if !rows.is_empty() && tiers[block] == tier {
                 let tile = &tiles[block * len..(block + 1) * len];
-                correct_grains((&frames[block], instructions), (tile, penalty, dt), rows, (hot, springs, foreseen));
+                correct_grains((&frames[block], instructions), (tile, penalty, dt), rows, (hot, springs, predicted));
             }
             0.0
         });

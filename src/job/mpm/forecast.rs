@@ -142,11 +142,13 @@ impl Forecast {
         let is_held = continuum.is_some_and(|on| !on.membranes.is_empty());
         let of_nodes = continuum.map_or(0.0, |on| figures::nodes(on) * costs.node);
         let of_points = points * costs.point / cycle;
-        let exchange = continuum.and_then(|on| on.grains.as_ref()).map_or(1.0, |grains| grains.coupling.steps as f64);
+        let exchange =
+            continuum.and_then(|on| on.grains.as_ref()).map_or(1.0, |grains| grains.coupling.interval as f64);
         let sharing = costs.sharing / exchange;
-        let alone = |cycle: f64| all * costs.grain + if is_held { all * sharing + of_nodes / cycle } else { 0.0 };
+        let alone =
+            |cycle: f64, sharing: f64| all * costs.grain + if is_held { all * sharing + of_nodes / cycle } else { 0.0 };
         let each = match method {
-            Method::Dem => alone(cycle),
+            Method::Dem => alone(cycle, sharing),
             Method::Mpm | Method::Fem => of_points,
             Method::MpmDem | Method::FemDem => {
                 of_points + continuum.map_or(0.0, |on| points * grains_of_rve(on) * costs.grain)
@@ -158,7 +160,7 @@ impl Forecast {
         };
         let held = share_held(job, method);
         let piece = assembly.as_deref().map_or(0.0, |assembly| costs.piece * steps_of_piece(job, assembly));
-        let specimen = job.as_mpm().map_or(0.0, |on| held * steps_of_specimen(on) * alone(1.0));
+        let specimen = job.as_mpm().map_or(0.0, |on| held * steps_of_specimen(on) * alone(1.0, costs.sharing));
         let steps = job.steps() as f64 * each;
         Some(Self {
             points,
@@ -170,7 +172,7 @@ impl Forecast {
             cost_of_point: if points > 0.0 { costs.point } else { 0.0 },
             steps,
             outputs: costs.of_outputs(job, zone * all + points, steps),
-            speed_up: alone(cycle) / each,
+            speed_up: alone(cycle, sharing) / each,
             memory: memory(continuum, points, held.max(zone) * all),
         })
     }

@@ -34,6 +34,11 @@ impl Granular {
         self.coupling.in_steps(figures::springs_mean(&self.piece).normal, dt)
     }
 
+    /// The same where every step has an exchange, as while a specimen comes to rest.
+    pub fn penalty_of_every_step(&self, dt: f64) -> Penalty {
+        Coupling { interval: 1, ..self.coupling }.in_steps(figures::springs_mean(&self.piece).normal, dt)
+    }
+
     /// Whether all of the specimen is grains at the start.
     pub fn begins_as_grains(&self) -> bool {
         self.method.begins_as_grains(&self.enrichment.life)

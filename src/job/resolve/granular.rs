@@ -312,39 +312,46 @@ pub fn check_method(job: &Mpm, grains: &Granular, typed: &Typed) {
     check_coupling(job, grains, typed);
 }
 
-/// Penalty springs that shake the lightest grain apart.
+/// Penalty springs that shake the lightest grain apart, and exchanges that do not fit into a step of the continuum.
 fn check_coupling(job: &Mpm, grains: &Granular, typed: &Typed) {
     let (piece, coupling) = (&grains.piece, &grains.coupling);
-    // Grains alone of a hybrid's job know no cycles.
-    if grains.method == Method::Hybrid && !job.grain_steps.is_multiple_of(coupling.steps) {
+    let lightest = figures::grain(piece, diameters(piece).smallest).mass;
+    // Grains alone between plates know no cycles, and those in membranes do.
+    let is_coupled = grains.method == Method::Hybrid || !job.membranes.is_empty();
+    if is_coupled && !job.grain_steps.is_multiple_of(coupling.interval) {
         let problem = format!(
             "does not divide time.grain_steps = {}: nodes and grains are together at the end of every step of the continuum. Write a number that does.",
             job.grain_steps
         );
-        typed.note_together(typed.refusal("coupling", "steps", &problem));
-    }
-    let lightest = figures::grain(piece, diameters(piece).smallest).mass;
-    let contact = figures::springs_mean(piece);
-    let with = |steps: u64| Coupling { steps, ..*coupling };
-    if coupling.steps > 1 && !coupling.is_stable(&contact, job.step, lightest) {
-        let most = (1..coupling.steps).rev().find(|steps| with(*steps).is_stable(&contact, job.step, lightest));
-        let problem = format!(
-            "leaves penalty springs alone with contacts for so long that they swing the lightest grain farther with every exchange: with coupling.stiffness = {} and coupling.damping = {} at most {}.",
-            digits(coupling.stiffness),
-            digits(coupling.damping),
-            most.unwrap_or(1)
-        );
-        typed.note_together(typed.refusal("coupling", "steps", &problem));
+        typed.note_together(typed.refusal("coupling", "interval", &problem));
         return;
     }
-    let most = coupling.stiffness_max(contact.normal, job.step, lightest);
+    if coupling.interval > 1 {
+        let (contact, weight) = (figures::springs_of_mean_grains(piece), grains.enrichment.weight);
+        let is_stable =
+            |interval: u64| Coupling { interval, ..*coupling }.is_stable(&contact, job.step, (lightest, weight));
+        if !is_stable(coupling.interval) {
+            let fits = |interval: &u64| job.grain_steps.is_multiple_of(*interval) && is_stable(*interval);
+            let advice = match (1..coupling.interval).rev().find(fits) {
+                Some(most) => format!("Write at most {most}"),
+                None => "Write 1, and a lower coupling.stiffness".to_string(),
+            };
+            let problem = format!(
+                "is too long: between contacts, penalty springs of coupling.stiffness = {} and coupling.damping = {} become unstable. {advice}.",
+                digits(coupling.stiffness),
+                digits(coupling.damping),
+            );
+            typed.note_together(typed.refusal("coupling", "interval", &problem));
+        }
+        return;
+    }
+    let most = coupling.stiffness_max(figures::springs_mean(piece).normal, job.step, lightest);
     if coupling.stiffness <= most {
         return;
     }
     let problem = format!(
-        "makes springs that swing the lightest grain farther with every step: with coupling.damping = {} and coupling.steps = {} at most {}.",
+        "makes springs that swing the lightest grain farther with every step: with coupling.damping = {} at most {}.",
         digits(coupling.damping),
-        coupling.steps,
         significant(most, 3)
     );
     typed.note_together(typed.refusal("coupling", "stiffness", &problem));
