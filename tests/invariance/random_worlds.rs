@@ -119,6 +119,8 @@ impl Plan {
     }
 
     fn settings<S: Space>(&self) -> Settings<S> {
+        // Grains are as fast as their lists allow in a step, and lists are not made anew within a cycle.
+        let step = STEP / self.cycle[0] as f64;
         let contact = LinearContact {
             stiffness_normal: 2e4,
             stiffness_tangential: 1e4,
@@ -133,7 +135,7 @@ impl Plan {
                 update: self.update,
                 transfer: self.transfer,
                 penalty: Coupling { interval: self.cycle[1], ..Coupling::DEFAULT }
-                    .in_steps(contact.stiffness_normal, STEP),
+                    .in_steps(contact.stiffness_normal, step),
                 ..Grid::blend(0.9)
             },
             material: std::sync::Arc::new(CriticalDruckerPrager {
@@ -143,7 +145,7 @@ impl Plan {
                 ..material()
             }),
             grain_steps: self.cycle[0],
-            ..Settings::of_grains(Constants::new(STEP, 0.15, law_of(&contact.into())))
+            ..Settings::of_grains(Constants::new(step, 0.15, law_of(&contact.into())))
         }
     }
 
