@@ -432,13 +432,16 @@ fn outside_of<S: Space, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
     outside * P::splat(frame.cell)
 }
 
+/// Records of grains, what ties them, and where the last exchange predicted them to be now, m.
+type Tied<'a, S> = (&'a mut [GrainHot<S>], &'a mut [PenaltySpring<S>], &'a mut [<S as Space>::Vector]);
+
 /// Correction of those grains of the block that take part, by their `rows` there: `v += sum N lambda_i/m_i`, and what their penalty
 /// springs do until the next exchange; `predicted` is where the last one expected grains to be now, where steps of `dt`, s, lie between. Spin is left alone.
 pub fn correct_grains<S: Space>(
     (frame, instructions): (&TileFrame<S>, Instructions),
     (tile, penalty, dt): (&[GrainChange<S>], &Penalty, f64),
     rows: &[u32],
-    (hot, springs, predicted): (&mut [GrainHot<S>], &mut [PenaltySpring<S>], &mut [S::Vector]),
+    (hot, springs, predicted): Tied<'_, S>,
 ) {
     instructions.run(Correct { frame, tile, penalty, dt, rows, hot, springs, predicted });
 }
