@@ -25,7 +25,7 @@
 //! So each step gives its part, and a spring counts what its grain has slipped by and not what was predicted (x*). With k = 1 that is the same.
 //!
 //! Without contacts stable where `s ((2 - 1/k) K + 2 B) < 4` for `K = kappa k_n T^2/m` and `B = 2 zeta sqrt(K)`, whatever the share s <= 1. Between contacts a longer
-//! interval has a bound of its own ([`Coupling::is_stable`]). Several steps of one force in one of another: Tuckerman, Berne & Martyna (1992).
+//! interval has a bound of its own ([`Coupling::is_stable`]). Multiple time steps: Tuckerman, Berne & Martyna (1992).
 
 use nalgebra::SMatrix;
 
