@@ -180,6 +180,20 @@ impl CellGrid {
         near
     }
 
+    /// Which of `cells` lie in a square of `width` times `width` of them: what is narrower in any direction does not.
+    pub fn wide(&self, cells: &[bool], width: usize) -> Vec<bool> {
+        let steps: Vec<[i64; 2]> =
+            (0..width as i64).flat_map(|row| (0..width as i64).map(move |column| [column, row])).collect();
+        let mut wide = vec![false; cells.len()];
+        for corner in 0..cells.len() {
+            let square: Vec<usize> = steps.iter().filter_map(|step| self.step(corner, *step)).collect();
+            if square.len() == steps.len() && square.iter().all(|cell| cells[*cell]) {
+                square.into_iter().for_each(|cell| wide[cell] = true);
+            }
+        }
+        wide
+    }
+
     /// Nodes, rising, in sets that hang together along axes or across cells, each rising, in the order of their first nodes.
     pub fn connected(&self, nodes: &[u64]) -> Vec<Vec<u64>> {
         let cells: Vec<usize> = nodes.iter().map(|node| *node as usize).collect();
@@ -370,6 +384,18 @@ mod tests {
         let nodes = [0, 5, 7, 16, 21, 28];
         assert_eq!(grid(false).connected(&nodes), [vec![0, 7], vec![5], vec![16, 21, 28]]);
         assert_eq!(grid(true).connected(&nodes), [vec![0, 5, 7], vec![16, 21, 28]]);
+    }
+
+    #[test]
+    fn what_is_narrow_in_any_direction_is_not_wide() {
+        let cells = |rows: [&str; 5]| rows.concat().chars().map(|mark| mark == '#').collect::<Vec<bool>>();
+        // A row of its own, a step in a border, a hole's surroundings; the last column is beside the first.
+        let given = cells(["######", "......", "####.#", "#####.", "####.#"]);
+        assert_eq!(grid(false).wide(&given, 1), given);
+        assert_eq!(grid(false).wide(&given, 3), cells(["......", "......", "####..", "####..", "####.."]));
+        let given = cells(["##..##", "##..##", "#...##", "##..##", "......"]);
+        assert_eq!(grid(true).wide(&given, 3), cells(["#...##", "#...##", "#...##", "#...##", "......"]));
+        assert!(!grid(false).wide(&given, 3).contains(&true));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::base::lane::Instructions;
 use crate::base::numbers::Numbers;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Plane, Solid, Space, Words};
+use crate::base::symmetric::Symmetric;
 use crate::law::material::{Absent, ConstitutiveLaw, ForAnyMaterial, MaterialLaw, MaterialMemory};
 use crate::mpm::gather::{Block, Taking, gather_points};
 use crate::mpm::points::Hot;
@@ -38,6 +39,8 @@ pub trait StressModel<S: Space>: Debug + Send + Sync {
     fn shear_modulus(&self) -> f64;
     /// Whether it says how points flow, so that their volume strain can be averaged.
     fn flows(&self) -> bool;
+    /// Shear stress over the most that the law bears at this mean stress and fraction, of a Kirchhoff stress, Pa: [`MaterialLaw::mobilised`].
+    fn mobilised(&self, stress: &S::Tensor, fraction: f64) -> f64;
     /// Names and widths of what a memory is, in the order of its words.
     fn memory_columns(&self) -> MemoryColumns;
 }
@@ -86,6 +89,9 @@ impl<S: Space, L: MaterialLaw<S>> StressModel<S> for L {
     fn flows(&self) -> bool {
         let words = S::PointMemory::default();
         self.flow(&words.numbers()[..L::Memory::WIDTH], &S::SymmetricOf::<f64>::zero()).is_some()
+    }
+    fn mobilised(&self, stress: &S::Tensor, fraction: f64) -> f64 {
+        MaterialLaw::mobilised(self, &S::Symmetric::of(stress), fraction)
     }
     fn memory_columns(&self) -> MemoryColumns {
         let mut columns = Columns(Vec::new());

@@ -167,6 +167,11 @@ impl Adaptive<'_> {
             let figures = json!({ "why": why, "mass_factors": done.refused });
             core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))?;
         }
+        if !done.mobilised.is_empty() {
+            let why = "as continuum grains at rest would bear nearly all that it can bear";
+            let figures = json!({ "why": why, "mobilised": done.mobilised });
+            core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))?;
+        }
         if done.mass_factors.is_empty() {
             return Ok(false);
         }

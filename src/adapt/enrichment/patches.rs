@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::cell_grid;
 use super::motion::displacement;
-use crate::adapt::cells::{around, everywhere};
+use crate::adapt::cells::everywhere;
 use crate::base::error::Error;
 use crate::base::space::{Linear, Plane, Space};
 use crate::couple::patch::Patch;
@@ -28,11 +28,12 @@ pub fn look_for_rest(
     let cells: Vec<u64> = patches.keys().copied().collect();
     let least = FILLED_TELLING * fraction * grid.cell * grid.cell * depth;
     patches.retain(|_, patch| patch.solid >= least);
-    let rate = |cell: &u64| {
-        let rate = around(&grid, &patches, *cell).velocity(grid.cell).gradient;
+    // Of the cell alone: with those around it every band would be wider by two cells.
+    let rate = |patch: &Patch| {
+        let rate = patch.velocity(grid.cell).gradient;
         [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])]
     };
-    let look = |cell: u64| Look { cell, rate: patches.contains_key(&cell).then(|| rate(&cell)) };
+    let look = |cell: u64| Look { cell, rate: patches.get(&cell).map(rate) };
     let looks: Vec<Look> = cells.into_iter().map(look).collect();
     watch.take(&looks, time);
     Ok(())

@@ -33,7 +33,7 @@ use std::f64::consts::FRAC_PI_4;
 use super::chosen::{FRACTION, Objection};
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::measures::{Measures, Parts};
-use super::{Described, Flow, MaterialLaw, MaterialMemory, alone};
+use super::{Described, Flow, MaterialLaw, MaterialMemory, alone, share_of_strength};
 use crate::base::keys::{ANGLE, Form, Key, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, number};
 use crate::base::lane::Real;
 use crate::base::math;
@@ -489,5 +489,10 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
 
     fn shear_modulus(&self) -> f64 {
         self.shear_modulus
+    }
+
+    fn mobilised(&self, stress: &S::Symmetric, fraction: f64) -> f64 {
+        let Cone { eta, zeta, .. } = self.cone::<S, f64>(fraction);
+        share_of_strength(stress, zeta * self.cohesion - eta * stress.trace() / S::DIMENSION as f64)
     }
 }

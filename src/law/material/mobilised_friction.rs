@@ -65,7 +65,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use super::hencky::{isotropic_strain, p_wave_modulus};
 use super::measures::{Measures, Parts};
-use super::{Flow, MaterialLaw, MaterialMemory, alone};
+use super::{Flow, MaterialLaw, MaterialMemory, alone, share_of_strength};
 use crate::base::lane::Real;
 use crate::base::math;
 use crate::base::record::{Record, Visitor};
@@ -567,5 +567,10 @@ impl<S: Space> MaterialLaw<S> for MobilisedFriction {
 
     fn shear_modulus(&self) -> f64 {
         self.shear_modulus
+    }
+
+    fn mobilised(&self, stress: &S::Symmetric, fraction: f64) -> f64 {
+        let pressure = self.attraction - stress.trace() / S::DIMENSION as f64;
+        share_of_strength(stress, self.peak::<S, f64>(fraction) * pressure)
     }
 }

@@ -107,6 +107,17 @@ pub trait MaterialLaw<S: Space>: Debug + Send + Sync + 'static {
 
     /// G, Pa; over the density the square of the speed of shear waves.
     fn shear_modulus(&self) -> f64;
+
+    /// Shear stress sqrt(J2) over the most that is ever borne at this mean stress and fraction, of a Kirchhoff stress (Pa, tension positive); infinite where only separation is left,
+    /// 0 of a law that bears any.
+    fn mobilised(&self, _stress: &S::Symmetric, _fraction: f64) -> f64 {
+        0.0
+    }
+}
+
+/// Of sqrt(J2) what share of `most` it is, both Pa.
+fn share_of_strength<T: Symmetric<f64>>(stress: &T, most: f64) -> f64 {
+    if most > 0.0 { (0.5 * stress.deviator().square()).sqrt() / most } else { f64::INFINITY }
 }
 
 /// A law that is written in lanes, of one point: the memory of the law is its words.
@@ -145,4 +156,41 @@ pub trait MaterialMemory: Record + Numbers + Copy + Default + Send + Sync + Debu
     fn plastic_strain(&self) -> f64;
     /// Solid volume fraction that the law works with.
     fn fraction(&self) -> f64;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::space::{Plane, Solid};
+
+    /// Under 100 kPa, sheared by so many Pa.
+    fn sheared<S: Space>(shear: f64) -> S::Tensor {
+        let mut stress = S::identity() * -100e3;
+        (stress[1], stress[S::DIMENSION]) = (shear, shear);
+        stress
+    }
+
+    fn what_is_returned_has_mobilised_all<S: Space>(law: &impl MaterialLaw<S>) {
+        let share = |stress: &S::Tensor, fraction: f64| law.mobilised(&S::Symmetric::of(stress), fraction);
+        // Far beyond what either bears; the law keeps what is on its cone.
+        let kept = law.stress(&law.start(&sheared::<S>(90e3), 0.84));
+        assert!((share(&kept, 0.84) - 1.0).abs() < 1e-8, "{kept} is {}", share(&kept, 0.84));
+        let [half, whole] = [0.5, 1.0].map(|part| share(&sheared::<S>(part * 40e3), 0.84));
+        assert!((2.0 * half - whole).abs() < 1e-12 && (0.3..2.0).contains(&whole), "{half} and {whole}");
+        // Looser is weaker, and what is pulled bears nothing.
+        assert!(share(&sheared::<S>(40e3), 0.82) > whole);
+        assert_eq!(share(&(S::identity() * 1e3), 0.84), f64::INFINITY);
+    }
+
+    #[test]
+    fn strength_is_that_of_the_cone_which_stresses_return_to() {
+        let sand = CriticalDruckerPrager::of(&CriticalConstants::CHEN);
+        what_is_returned_has_mobilised_all::<Plane>(&sand);
+        what_is_returned_has_mobilised_all::<Solid>(&sand);
+        let sand = MobilisedFriction::of(&MobilisedConstants::DISCS);
+        what_is_returned_has_mobilised_all::<Plane>(&sand);
+        what_is_returned_has_mobilised_all::<Solid>(&sand);
+        let elastic = Hencky { bulk_modulus: 1e6, shear_modulus: 1e6 };
+        assert_eq!(MaterialLaw::<Plane>::mobilised(&elastic, &Symmetric::of(&sheared::<Plane>(1e9)), 0.8), 0.0);
+    }
 }
