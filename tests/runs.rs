@@ -135,6 +135,8 @@ pub struct Ran {
     rows: Vec<Vec<f64>>,
     state: State,
     pub summary: serde_json::Value,
+    /// Its events.
+    pub log: Vec<serde_json::Value>,
 }
 
 impl Ran {
@@ -153,7 +155,14 @@ impl Ran {
         let rows = lines.map(|line| line.split(',').map(|word| word.parse().unwrap()).collect()).collect();
         let state = checkpoint::latest_state(&out).unwrap().1;
         let summary = serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
-        Self { _folder: folder, names, rows, state, summary }
+        let log = std::fs::read_to_string(out.join("log.jsonl")).unwrap();
+        let log = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        Self { _folder: folder, names, rows, state, summary, log }
+    }
+
+    /// The events of that name.
+    pub fn events(&self, name: &str) -> Vec<&serde_json::Value> {
+        self.log.iter().filter(|event| event["event"] == name).collect()
     }
 
     /// A column of the series.

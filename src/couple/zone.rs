@@ -26,9 +26,14 @@ pub struct Enrichment {
 impl Enrichment {
     /// As Chen et al. (2021) have it, around a zone of that phi_0, m.
     pub const fn around(distance: f64) -> Self {
-        let life =
-            ZoneLife { is_everywhere: false, grows: false, dissolves: false, rest_strain: 0.05, rest_share: 0.02 };
-        Self { distance, weight: 0.5, training: 1.0, training_speed: 10.0, training_rest: 0.5, life }
+        Self {
+            distance,
+            weight: 0.5,
+            training: 1.0,
+            training_speed: 10.0,
+            training_rest: 0.5,
+            life: ZoneLife::FOR_GOOD,
+        }
     }
 
     /// The keys of `[enrichment]`.
@@ -51,6 +56,16 @@ impl Enrichment {
 }
 
 impl ZoneLife {
+    /// That of Chen et al. (2021), with the defaults of all else.
+    pub const FOR_GOOD: Self = Self {
+        is_everywhere: false,
+        grows: false,
+        dissolves: false,
+        rest_strain: 0.05,
+        rest_share: 0.02,
+        rest_strength: 0.9,
+    };
+
     /// The keys of `[zone]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
         let begins = "where grains are first: about the band that the oracle finds, or everywhere from the start";
@@ -62,12 +77,14 @@ impl ZoneLife {
             &mut self.dissolves,
             flag("dissolves", "whether grains at rest turn back into points", "false").or("false"),
         );
-        let (strain, share) = (
+        let (strain, share, strength) = (
             "the shear strain of the cell that shears most over which rest is judged",
             "the share of it below which a cell rests",
+            "the share of the continuum's strength up to which grains at rest turn into points",
         );
         form.number(&mut self.rest_strain, number("rest_strain", strain, RATIO, POSITIVE, "0.05").or("0.05"));
         form.number(&mut self.rest_share, number("rest_share", share, RATIO, Range::open(0.0, 1.0), "0.02").or("0.02"));
+        form.number(&mut self.rest_strength, number("rest_strength", strength, RATIO, POSITIVE, "0.9").or("0.9"));
     }
 }
 
@@ -84,6 +101,8 @@ pub struct ZoneLife {
     pub rest_strain: f64,
     /// Share of that strain below which a cell rests.
     pub rest_share: f64,
+    /// Grains at rest that bear more than this share of the continuum's strength do not turn into points.
+    pub rest_strength: f64,
 }
 
 /// What a cell holds.
@@ -185,7 +204,7 @@ impl CellGrid {
         let steps: Vec<[i64; 2]> =
             (0..width as i64).flat_map(|row| (0..width as i64).map(move |column| [column, row])).collect();
         let mut wide = vec![false; cells.len()];
-        for corner in 0..cells.len() {
+        for corner in (0..cells.len()).filter(|corner| cells[*corner]) {
             let square: Vec<usize> = steps.iter().filter_map(|step| self.step(corner, *step)).collect();
             if square.len() == steps.len() && square.iter().all(|cell| cells[*cell]) {
                 square.into_iter().for_each(|cell| wide[cell] = true);

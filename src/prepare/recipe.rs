@@ -116,6 +116,7 @@ fn named(how: &str, job: &str) -> String {
         .replace("\ncriterion = \"laplacian\"", "")
         .replace("\ncontact_at = \"nodes\"", "")
         .replace("\nheterogeneity = \"none\"", "")
+        .replace("\nrest_strength = 0.0", "")
         .replace("\ninterval = 1\n", "\n");
     format!("{how}\n{job}")
 }
@@ -153,7 +154,14 @@ const NO_ZONE: Enrichment = Enrichment {
     training: 0.0,
     training_speed: 0.0,
     training_rest: 0.0,
-    life: ZoneLife { is_everywhere: false, grows: false, dissolves: false, rest_strain: 0.0, rest_share: 0.0 },
+    life: ZoneLife {
+        is_everywhere: false,
+        grows: false,
+        dissolves: false,
+        rest_strain: 0.0,
+        rest_share: 0.0,
+        rest_strength: 0.0,
+    },
 };
 
 #[cfg(test)]

@@ -164,13 +164,13 @@ impl Adaptive<'_> {
         let step = core.world.step;
         if !done.refused.is_empty() {
             let why = "points in their places would not weigh what grains do";
-            let figures = json!({ "why": why, "mass_factors": done.refused });
-            core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))?;
+            record_refusal(core, why, json!({ "mass_factors": done.refused }), strain)?;
         }
         if !done.mobilised.is_empty() {
-            let why = "as continuum grains at rest would bear nearly all that it can bear";
-            let figures = json!({ "why": why, "mobilised": done.mobilised });
-            core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))?;
+            let why = "grains at rest bear more than zone.rest_strength of the continuum's peak shear strength";
+            // Without pressure there is no strength to be a share of.
+            let (told, slack): (Vec<f64>, Vec<f64>) = done.mobilised.iter().partition(|share| share.is_finite());
+            record_refusal(core, why, json!({ "mobilised": told, "without_pressure": slack.len() }), strain)?;
         }
         if done.mass_factors.is_empty() {
             return Ok(false);
@@ -305,6 +305,17 @@ fn record_change(
         figures["strain"] = json!(strain);
     }
     core.on_root(|outputs| outputs.log(event, step, figures))
+}
+
+/// Cells at rest that stay grains.
+fn record_refusal(core: &mut PlanarCore, why: &str, mut figures: Value, strain: Option<f64>) -> Result<(), Error> {
+    figures["why"] = json!(why);
+    figures["time"] = json!(core.world.time());
+    if let Some(strain) = strain {
+        figures["strain"] = json!(strain);
+    }
+    let step = core.world.step;
+    core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))
 }
 
 /// `stepped`: seconds of the steps until then, `seconds`: of the training.

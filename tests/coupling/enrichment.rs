@@ -20,7 +20,7 @@ use crate::runs::options;
 use crate::worlds::{PlanarWorld, Random, packed_job};
 
 fn settings(distance: f64) -> Enrichment {
-    let life = ZoneLife { is_everywhere: false, grows: false, dissolves: false, rest_strain: 0.05, rest_share: 0.02 };
+    let life = ZoneLife::FOR_GOOD;
     Enrichment { distance, weight: 0.5, training: 1.0, training_speed: 1.0, training_rest: 0.5, life }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, grain_stress, look_for_rest};
 use scree::base::space::{Plane, Space};
 use scree::couple::rest::RestWatch;
-use scree::couple::zone::Enrichment;
+use scree::couple::zone::{Enrichment, ZoneLife};
 use scree::dem::grains::Mover;
 use scree::domain::accounts::energy::Energies;
 use scree::job::{Job, Scenario};
@@ -22,13 +22,14 @@ use crate::runs::{Ran, done, options, parse, replaced, same};
 use crate::worlds::{PlanarPoint, PlanarWorld, contact, grain, open_world, packed_job, settings};
 
 /// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well. Its oracle finds the
-/// band where volume strain is not averaged, within a few milliseconds.
+/// band where volume strain is not averaged, within a few milliseconds; its specimen is at the peak, where grains would stay.
 pub fn restless(end: f64) -> String {
     let zone = r#"distance = "4.5 mm"
         [zone]
         grows = true
         dissolves = true
         rest_share = 0.9
+        rest_strength = 10
         rest_strain = 0.01"#;
     replaced(
         triaxial("hybrid", end),
@@ -101,11 +102,34 @@ fn a_zone_that_begins_everywhere_is_grains_alone_until_some_rest() {
     assert!(mean > 0.7, "{mean} of the shear is inside the zone");
 }
 
+/// A judgement after which all grains stayed rebuilt the cells, and the run had other bits than grains alone from there on.
+#[test]
+fn judgements_that_change_nothing_leave_the_bits_of_grains_alone() {
+    // No strength; and cells that are too far for three rows of continuum to be left.
+    for [sets, told] in [["zone.rest_strength=1e-3", "told"], ["enrichment.distance=14 mm", ""]] {
+        let ran = Ran::of_job(&Job::Shear(everywhere(&[sets, "loading.strain_end=0.1"])));
+        let alone = Ran::of_job(&Job::Shear(everywhere(&["method=dem", "loading.strain_end=0.1"])));
+        for name in ["shear_stress", "normal_stress", "volume_strain", "kinetic_grains", "elastic_grains"] {
+            assert_eq!(ran.series(name), alone.series(name), "{name} with {sets} is not that of grains alone");
+        }
+        let events = ran.events("zone_cannot_shrink");
+        assert_eq!(events.is_empty(), told.is_empty(), "{sets}: {events:?}");
+        for event in events {
+            let shares = event["mobilised"].as_array().unwrap();
+            assert!(!shares.is_empty() && shares.iter().all(|share| share.as_f64().unwrap() > 0.1), "{event}");
+            assert!(event["strain"].as_f64().unwrap() > 0.0 && event["without_pressure"] == 0, "{event}");
+        }
+    }
+}
+
 #[test]
 fn a_zone_that_begins_everywhere_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let (_, series) = same(&Job::Shear(everywhere(&[])), folder.path(), "a zone that begins everywhere");
-    assert!(series.lines().last().unwrap().split(',').count() > 5);
+    let last: Vec<&str> = series.lines().last().unwrap().split(',').collect();
+    let at =
+        series.lines().find(|line| line.starts_with("step,")).unwrap().split(',').position(|name| name == "points");
+    assert!(last[at.unwrap()].parse::<u64>().unwrap() > 0, "no grains came to rest: {last:?}");
 }
 
 /// Whoever has sheared grains alone up to their band goes on from there; what began with points cannot begin with grains.
@@ -115,8 +139,14 @@ fn grains_alone_go_on_as_a_zone_that_has_begun_everywhere() {
     let [alone, branch, points, other] = ["alone", "branch", "points", "other"].map(|name| folder.path().join(name));
     let short = "loading.strain_end=0.02";
     done(start::start(&Job::Shear(everywhere(&["method=dem", short])), &options(&alone), &Solo));
-    let sets =
-        ["method=hybrid", "loading.strain_end=0.04", "zone.rest_strain=0.005", "zone.rest_share=0.9"].map(String::from);
+    let sets = [
+        "method=hybrid",
+        "loading.strain_end=0.04",
+        "zone.rest_strain=0.005",
+        "zone.rest_share=0.9",
+        "zone.rest_strength=10",
+    ]
+    .map(String::from);
     let on = |trunk: &Path, branch: &Path, sets: &[String]| {
         start::resume(trunk, Continuation { sets, branch: Some(branch) }, &options(branch), &Solo)
     };
@@ -198,6 +228,23 @@ fn grains_that_stray_do_not_make_all_others_rest() {
     assert_eq!(watch.busy(0.2).count(), 2, "{watch:?}");
 }
 
+/// Bands were wider by two cells when a cell was judged together with those around it.
+#[test]
+fn a_cell_rests_beside_one_that_shears() {
+    let (cell, edge, radius) = (3e-3, 0.5e-3, 0.25e-3);
+    // Two full cells side by side, of which the first shears.
+    let places = (0..72).map(|number| [f64::from(number % 12), f64::from(number / 12)].map(|at| (at + 0.5) * edge));
+    let mut grains: Vec<_> = (0..).zip(places).map(|(id, place)| grain(id, place, radius, 1e-6)).collect();
+    for grain in grains.iter_mut().filter(|grain| grain.hot.position[0] < cell) {
+        grain.hot.velocity[0] = grain.hot.position[1];
+    }
+    let mut world = open_world(&Solo, cell, settings(1e-7, contact(0.0)), grains, Vec::new());
+    let mut watch = RestWatch::default();
+    look_for_rest(&mut world, &mut watch, (0.01, 0.785, 1.0)).unwrap();
+    assert_eq!(watch.busy(0.01).count(), 1, "{watch:?}");
+    assert!((watch.most() - 1.0).abs() < 1e-9, "{watch:?}");
+}
+
 /// A number of a point.
 type Figure = dyn Fn(&Hot<Plane>) -> f64;
 
@@ -220,7 +267,11 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     let columns = grid.counts[0] as u64;
     let row = flagged[flagged.len() / 2] / columns;
     let busy: Vec<u64> = (row * columns..(row + 1) * columns).collect();
-    let near = Enrichment { distance: 3e-3, ..scenario.enrichment };
+    let up_to = |strength: f64| {
+        let life = ZoneLife { rest_strength: strength, ..scenario.enrichment.life };
+        Enrichment { distance: 3e-3, life, ..scenario.enrichment }
+    };
+    let near = up_to(10.0);
     let stays = grid.near(&busy, 7.5e-3);
     let is_left = |place: &<Plane as Space>::Vector| !stays[grid.at(place[0], place[1]).unwrap()];
     let stress = grain_stress(&mut world, depth).unwrap();
@@ -242,6 +293,13 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     let gone = gone.iter().sum::<f64>() / gone.len() as f64;
     let leaving = world.assembly.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
     assert!(leaving > 50, "only {leaving} of {} grains lie far from the band", world.grains_total);
+
+    // Continuum that bears next to nothing of its strength is not to be had.
+    let told = dissolve(&mut world, (&up_to(1e-3), depth, fraction), &instants, &busy).unwrap().expect("it is told");
+    assert!(told.mass_factors.is_empty() && told.grains == 0, "{told:?}");
+    assert!(!told.mobilised.is_empty() && told.mobilised.iter().all(|share| (0.1..2.0).contains(share)), "{told:?}");
+    assert_eq!(world.points_total, points);
+    assert!((sums(&world)[0] / before[0] - 1.0).abs() < 1e-14);
 
     let done = dissolve(&mut world, (&near, depth, fraction), &instants, &busy).unwrap().expect("grains that rest");
     let after = sums(&world);

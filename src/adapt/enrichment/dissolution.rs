@@ -1,7 +1,7 @@
 //! Grains that have come to rest far from any band turn back into points (beyond Chen et al. 2021, whose zones are for good).
 //!
-//! Cells of the zone farther than phi_0, its rim and one cell more from every busy cell give their grains up, wherever continuum comes to be three cells wide
-//! and would not fail under what they bear; those beside them become the rim of what is left. Points that are made stand as they did at the start of a run, so many along a cell; each takes displacement, velocity, stress
+//! Cells of the zone farther than phi_0, its rim and one cell more from every busy cell give their grains up where what takes their place can bear what they do
+//! ([`super::leaving`]); those beside them become the rim of what is left. Points that are made stand as they did at the start of a run, so many along a cell; each takes displacement, velocity, stress
 //! and solid volume fraction from the fields that the grains of the cells around tell ([`crate::couple::patch`]). In each set of cells that
 //! hang together one factor to the masses of all points that take something over, and one rigid correction of their velocities, make
 //! mass and momentum exactly what grains gave up.
@@ -11,19 +11,18 @@ use std::collections::BTreeMap;
 use scree_partition::ExactSum;
 
 use super::account::{Account, BeforeAndAfter};
+use super::leaving::Cells;
 use super::patches::patches;
 use super::points::{Maker, first_free_id, part_at, places};
 use super::{PlanarPoint, Vector, cell_grid};
 use crate::adapt::cells::around;
 use crate::base::error::Error;
-use crate::base::space::{Linear, Plane, Space};
+use crate::base::space::{Plane, Space};
 use crate::couple::patch::Patch;
 use crate::couple::zone::{CellGrid, Enrichment};
 use crate::dem::grains::{Hot, Mover};
 use crate::mpm::track::Instants;
 use crate::prepare::sheared::{Grain, PlanarWorld};
-
-type Tensor = <Plane as Space>::Tensor;
 
 /// What a dissolution did, for the log.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,7 +39,7 @@ pub struct Dissolved {
     pub mass_factors: Vec<f64>,
     /// Factors of the sets that stay, all outside of 0.8 to 1.25.
     pub refused: Vec<f64>,
-    /// Shares of the continuum's strength that sets bear which stay for that, all above 0.9.
+    /// Shares of the continuum's strength that sets bear which stay for that, all above `zone.rest_strength`.
     pub mobilised: Vec<f64>,
     /// Of the whole world; zero where all sets stay.
     pub kept: BeforeAndAfter,
@@ -48,11 +47,6 @@ pub struct Dissolved {
 
 /// Cells beyond phi_0 and its rim in which grains stay all the same, so that a zone does not come and go.
 const CELLS_BEYOND: f64 = 1.0;
-/// Grains do not turn into continuum that is narrower than so many cells: a softening layer of a row or two between a zone and a plate takes the band from the zone.
-const CELLS_WIDE: usize = 3;
-/// Nor where they bear more than this share of what the continuum bears at its strongest: while a specimen is at its peak grains beside a band rest, but continuum in their
-/// place, which softens on its own, takes the band from them.
-const MOBILISED_MOST: f64 = 0.9;
 /// Of what they would grains must fill this share of a cell for it to be full and have all of its points.
 const FILLED_CELL: f64 = 0.85;
 /// Points that would have to be that much heavier or lighter are not made.
@@ -89,18 +83,21 @@ pub fn dissolve(
     if patches(world, depth, false)?.keys().all(|cell| near[*cell as usize]) {
         return Ok(None);
     }
-    world.rebuild()?;
-    let mut patches = patches(world, depth, true)?;
     let parts = world.subdomain.layout.points_per_cell() as u64;
     let volume = (grid.cell / parts as f64).powi(2) * depth;
-    let full = FILLED_CELL * fraction * volume * (parts * parts) as f64;
-    for patch in patches.values_mut().filter(|patch| patch.solid >= full) {
-        (patch.room_full, patch.solid_full) = (volume * (parts * parts) as f64, patch.solid);
-    }
-    let (stays, mobilised) = stays(world, &grid, (&patches, fraction), near);
-    if patches.keys().all(|cell| stays[*cell as usize]) {
+    let room = volume * (parts * parts) as f64;
+    // By the cells of the last rebuild: another one would change the bits of a run whose grains stay.
+    let before = with_full(patches(world, depth, true)?, room, fraction);
+    let points = points_of_cells(world, near.len());
+    let (points_full, solid_full) = ((parts * parts) as f64, fraction * room);
+    let cells = Cells { grid: &grid, patches: &before, points: &points, points_full, solid_full, fraction };
+    let (leaves, mobilised) = cells.leaving(&near, (&world.settings.material, settings.life.rest_strength));
+    if !before.keys().any(|cell| leaves[*cell as usize]) {
         return Ok((!mobilised.is_empty()).then(|| Dissolved { mobilised, ..Dissolved::default() }));
     }
+    let stays: Vec<bool> = leaves.into_iter().map(|leaves| !leaves).collect();
+    world.rebuild()?;
+    let patches = with_full(patches(world, depth, true)?, room, fraction);
     let (fates, sets) = fates(&grid, &patches, &stays);
     let ground = Ground { grid: &grid, patches: &patches, fates: &fates, parts, volume, fraction };
     let mut draft = Draft::of(world, &ground, settings, (sets, depth));
@@ -117,6 +114,24 @@ pub fn dissolve(
     world.replace(grains, points)?;
     done.kept = account.close(world, "turning grains at rest back into points")?;
     Ok(Some(done))
+}
+
+/// The same with what full cells have told: their room, m3.
+fn with_full(mut patches: BTreeMap<u64, Patch>, room: f64, fraction: f64) -> BTreeMap<u64, Patch> {
+    for patch in patches.values_mut().filter(|patch| patch.solid >= FILLED_CELL * fraction * room) {
+        (patch.room_full, patch.solid_full) = (room, patch.solid);
+    }
+    patches
+}
+
+/// How many points each of so many cells holds, on every rank. Collective.
+fn points_of_cells(world: &PlanarWorld, cells: usize) -> Vec<f64> {
+    let mut points = vec![0.0; cells];
+    let of_points = world.continuum.points.cold.iter().filter_map(|cold| world.cell_of_point(cold));
+    of_points.for_each(|cell| points[cell] += 1.0);
+    // A cell belongs to one rank.
+    world.transport.max(&mut points);
+    points
 }
 
 /// Where a dissolution takes place.
@@ -302,41 +317,6 @@ fn weight_left(world: &PlanarWorld, fates: &[Fate], settings: &Enrichment, grain
         Fate::Leaves(_) => 0.0,
         _ => weight,
     }
-}
-
-/// Which cells keep their grains: those `near` busy ones, those that could only be narrow continuum, and of sets of others those that bear so much that as continuum they would fail,
-/// with the shares of its strength that these bear. Collective.
-fn stays(
-    world: &PlanarWorld,
-    grid: &CellGrid,
-    (patches, fraction): (&BTreeMap<u64, Patch>, f64),
-    near: Vec<bool>,
-) -> (Vec<bool>, Vec<f64>) {
-    let of_points = world.continuum.points.cold.iter().filter_map(|cold| world.cell_of_point(cold));
-    let mut has_points = vec![0.0; near.len()];
-    of_points.for_each(|cell| has_points[cell] = 1.0);
-    world.transport.max(&mut has_points);
-    let has_material = |cell: usize| has_points[cell] > 0.0 || patches.contains_key(&(cell as u64));
-    let may_leave: Vec<bool> = near.iter().enumerate().map(|(cell, near)| !near && has_material(cell)).collect();
-    let mut leaves = grid.wide(&may_leave, CELLS_WIDE);
-    let given: Vec<usize> =
-        (0..leaves.len()).filter(|cell| leaves[*cell] && patches.contains_key(&(*cell as u64))).collect();
-    let mut loaded = Vec::new();
-    for set in grid.sets(&given) {
-        // A few grains that have strayed among points tell no stress, and what a rim bears its points bear already.
-        let full = set.iter().map(|cell| &patches[&(*cell as u64)]).filter(|patch| patch.room_full > 0.0);
-        let (moment, solid) = full
-            .fold((Tensor::zero(), 0.0), |(moment, solid), patch| (moment + patch.moment, solid + patch.solid_core));
-        if solid == 0.0 {
-            continue;
-        }
-        let mobilised = world.settings.material.mobilised(&(moment * (fraction / solid)), fraction);
-        if mobilised > MOBILISED_MOST {
-            set.into_iter().for_each(|cell| leaves[cell] = false);
-            loaded.push(mobilised);
-        }
-    }
-    (leaves.into_iter().map(|leaves| !leaves).collect(), loaded)
 }
 
 /// Of all cells of the grid; and how many sets of them leave or become the rim of what stays.

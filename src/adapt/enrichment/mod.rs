@@ -21,6 +21,7 @@ use crate::prepare::sheared::{Grain, PlanarWorld};
 mod account;
 mod choose;
 mod dissolution;
+mod leaving;
 mod motion;
 mod patches;
 mod points;

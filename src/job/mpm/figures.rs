@@ -334,9 +334,9 @@ pub fn blocks(job: &Mpm) -> [usize; 3] {
     })
 }
 
-/// Cells that shear of a flat band, which a fit over three rows of cells smears, and cells beyond the distance on either side in which grains stay, where a zone has
+/// Rows of cells that shear of a flat band, and cells beyond the distance on either side in which grains stay, where a zone has
 /// begun everywhere.
-const CELLS_LEFT: f64 = 3.0 + 2.0 * 1.5;
+const CELLS_LEFT: f64 = 2.0 + 2.0 * 1.5;
 
 /// Height of the zone of grains around a flat band one cell thick, m; of one that has begun everywhere once all that can have turned into points.
 pub fn zone_height(job: &Mpm, granular: &Granular) -> f64 {

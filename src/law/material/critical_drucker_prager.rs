@@ -492,7 +492,8 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
     }
 
     fn mobilised(&self, stress: &S::Symmetric, fraction: f64) -> f64 {
-        let Cone { eta, zeta, .. } = self.cone::<S, f64>(fraction);
+        // Loose material hardens to the cone of its critical state.
+        let Cone { eta, zeta, .. } = self.cone::<S, f64>(fraction.max(self.fraction_critical));
         share_of_strength(stress, zeta * self.cohesion - eta * stress.trace() / S::DIMENSION as f64)
     }
 }

@@ -71,7 +71,7 @@ pub fn paragraph(run: &Run, measures: Option<&Measures>, index: usize) -> Result
 /// Of a run that began as grains, what has become of those that rest.
 fn rest(run: &Run) -> String {
     let Some(row) = run.rested() else {
-        return " All of it was grains to the end: none beside a band rested for long enough to turn into points."
+        return " All of it was grains to the end: none beside a band rested for long enough and bore little enough to turn into points."
             .to_owned();
     };
     let time = run.column("time")[row];
