@@ -174,7 +174,7 @@ mod tests {
         let share = |stress: &S::Tensor, fraction: f64| law.mobilised(&S::Symmetric::of(stress), fraction);
         // Far beyond what either bears; the law keeps what is on its cone.
         let kept = law.stress(&law.start(&sheared::<S>(90e3), 0.84));
-        assert!((share(&kept, 0.84) - 1.0).abs() < 1e-8, "{kept} is {}", share(&kept, 0.84));
+        assert!((share(&kept, 0.84) - 1.0).abs() < 1e-8, "{kept:?} is {}", share(&kept, 0.84));
         let [half, whole] = [0.5, 1.0].map(|part| share(&sheared::<S>(part * 40e3), 0.84));
         assert!((2.0 * half - whole).abs() < 1e-12 && (0.3..2.0).contains(&whole), "{half} and {whole}");
         // Looser is weaker, and what is pulled bears nothing.
