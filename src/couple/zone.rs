@@ -80,7 +80,7 @@ impl ZoneLife {
         let (strain, share, strength) = (
             "the shear strain of the cell that shears most over which rest is judged",
             "the share of it below which a cell rests",
-            "the share of the continuum's strength up to which grains at rest turn into points",
+            "the share of the continuum's peak shear strength up to which grains at rest turn into points",
         );
         form.number(&mut self.rest_strain, number("rest_strain", strain, RATIO, POSITIVE, "0.05").or("0.05"));
         form.number(&mut self.rest_share, number("rest_share", share, RATIO, Range::open(0.0, 1.0), "0.02").or("0.02"));
@@ -101,7 +101,7 @@ pub struct ZoneLife {
     pub rest_strain: f64,
     /// Share of that strain below which a cell rests.
     pub rest_share: f64,
-    /// Grains at rest that bear more than this share of the continuum's strength do not turn into points.
+    /// Grains at rest that bear more than this share of the continuum's peak shear strength do not turn into points.
     pub rest_strength: f64,
 }
 

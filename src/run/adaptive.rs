@@ -170,7 +170,7 @@ impl Adaptive<'_> {
             let why = "grains at rest bear more than zone.rest_strength of the continuum's peak shear strength";
             // Without pressure there is no strength to be a share of.
             let (told, slack): (Vec<f64>, Vec<f64>) = done.mobilised.iter().partition(|share| share.is_finite());
-            record_refusal(core, why, json!({ "mobilised": told, "without_pressure": slack.len() }), strain)?;
+            record_refusal(core, why, json!({ "strength_mobilised": told, "without_pressure": slack.len() }), strain)?;
         }
         if done.mass_factors.is_empty() {
             return Ok(false);

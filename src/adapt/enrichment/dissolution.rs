@@ -89,8 +89,7 @@ pub fn dissolve(
     // By the cells of the last rebuild: another one would change the bits of a run whose grains stay.
     let before = with_full(patches(world, depth, true)?, room, fraction);
     let points = points_of_cells(world, near.len());
-    let (points_full, solid_full) = ((parts * parts) as f64, fraction * room);
-    let cells = Cells { grid: &grid, patches: &before, points: &points, points_full, solid_full, fraction };
+    let cells = Cells { grid: &grid, patches: &before, points: &points, parts, room, fraction };
     let (leaves, mobilised) = cells.leaving(&near, (&world.settings.material, settings.life.rest_strength));
     if !before.keys().any(|cell| leaves[*cell as usize]) {
         return Ok((!mobilised.is_empty()).then(|| Dissolved { mobilised, ..Dissolved::default() }));
@@ -116,7 +115,7 @@ pub fn dissolve(
     Ok(Some(done))
 }
 
-/// The same with what full cells have told: their room, m3.
+/// Patches with the room of those whose cells, of `room`, m3, are full, and the grains in it.
 fn with_full(mut patches: BTreeMap<u64, Patch>, room: f64, fraction: f64) -> BTreeMap<u64, Patch> {
     for patch in patches.values_mut().filter(|patch| patch.solid >= FILLED_CELL * fraction * room) {
         (patch.room_full, patch.solid_full) = (room, patch.solid);

@@ -3,7 +3,7 @@
 //! ```text
 //! near      a busy cell is within phi_0, its rim and a cell more
 //! narrow    in no square of 3 x 3 filled cells that are not near
-//! loaded    in a set of connected cells with sqrt(J2) > rest_strength times the law's strength at the set's mean stress and Phi
+//! loaded    in a set of connected cells with sqrt(J2) > rest_strength times the law's peak shear strength at the set's mean stress and Phi
 //! ```
 
 use std::collections::BTreeMap;
@@ -25,11 +25,13 @@ pub(super) struct Cells<'a> {
     pub grid: &'a CellGrid,
     /// Of the cells that hold grains.
     pub patches: &'a BTreeMap<u64, Patch>,
-    /// Points in each cell, and how many a full one has.
+    /// How many points each cell holds.
     pub points: &'a [f64],
-    pub points_full: f64,
-    /// Volume of the grains of a full cell at the start, m3, and their solid volume fraction.
-    pub solid_full: f64,
+    /// Points along a full cell.
+    pub parts: u64,
+    /// Volume of a cell, m3.
+    pub room: f64,
+    /// Solid volume fraction at the start.
     pub fraction: f64,
 }
 
@@ -64,8 +66,9 @@ impl Cells<'_> {
     }
 
     fn is_filled(&self, cell: usize) -> bool {
-        let grains = self.patch(cell).map_or(0.0, |patch| patch.solid / self.solid_full);
-        grains >= FILLED_WIDE || self.points[cell] >= FILLED_WIDE * self.points_full
+        let grains = self.patch(cell).map_or(0.0, |patch| patch.solid / (self.fraction * self.room));
+        let points = self.points[cell] / (self.parts * self.parts) as f64;
+        grains >= FILLED_WIDE || points >= FILLED_WIDE
     }
 
     /// What a set of cells bears of the strength of a law, by its full cells outside the rim, which bears what its points bear already; none of a set without.
@@ -89,10 +92,10 @@ mod tests {
     use crate::law::material::{ConstitutiveLaw, MobilisedConstants};
     use crate::mpm::stress::material_of;
 
-    /// A specimen four columns wide with a period, a row of cells after the other from below: `n` full of grains near a busy cell, `o` full of others, `O` of such as bear shear
-    /// at the strength of the law, `r` of grains of the rim with points, `s` a few grains, `.` points, `,` one point. `x` are those that leave.
+    /// A specimen four columns wide with a period, a row of cells after the other from below: `n` full of grains near a busy cell, `o` full of others, `O` of such as bear more
+    /// than the law, `r` of grains of the rim with points, `s` a few grains, `.` points, `,` one point. `x` are those that leave.
     fn leaving(rows: &[&str]) -> (Vec<String>, usize) {
-        let (room, fraction, points_full) = (1e-6, 0.84, 4.0);
+        let (room, fraction, parts) = (1e-6, 0.84, 2);
         let grid = CellGrid { counts: [4, rows.len()], cell: 1e-2, lower: [0.0; 2], periodic: true };
         let marks: Vec<char> = rows.concat().chars().collect();
         let patch = |mark: char| {
@@ -127,8 +130,7 @@ mod tests {
             })
             .collect();
         let near: Vec<bool> = marks.iter().map(|mark| *mark == 'n').collect();
-        let solid_full = fraction * room;
-        let cells = Cells { grid: &grid, patches: &patches, points: &points, points_full, solid_full, fraction };
+        let cells = Cells { grid: &grid, patches: &patches, points: &points, parts, room, fraction };
         let law = material_of(&ConstitutiveLaw::MobilisedFriction(MobilisedConstants::DISCS));
         let (leaves, loaded) = cells.leaving(&near, (&law, 0.9));
         let mark = |(cell, mark): (usize, &char)| if leaves[cell] { 'x' } else { *mark };
