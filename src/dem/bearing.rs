@@ -52,10 +52,10 @@ impl<S: Space> Contacts<S> {
         row: usize,
         times: [f64; 2],
     ) -> impl Iterator<Item = Bearing<S>> {
-        self.neighbours.terms_of(row).iter().filter_map(move |term| {
-            let pair = &self.neighbours.pairs[term.pair()];
+        self.neighbours.terms_of(row).filter_map(move |term| {
+            let pair = &self.neighbours.pairs[term.pair];
             let touch = self.touch_after(grains, pair, times);
-            let mut memory = self.recall(term.pair());
+            let mut memory = self.recall(term.pair);
             let force: S::Vector = vector(&law.give(&touch, 1.0, [0.0, 0.0], &mut memory).force);
             if force == S::Vector::zero() {
                 return None;
@@ -63,10 +63,10 @@ impl<S: Space> Contacts<S> {
             let reach = grains.hot[pair.a as usize].radius + grains.hot[pair.b() as usize].radius;
             let normal: S::Vector = vector(&touch.normal);
             // The normal points to `a`.
-            let sign = if term.is_b() { -1.0 } else { 1.0 };
+            let sign = if term.is_b { -1.0 } else { 1.0 };
             Some(Bearing {
                 row: row as Row,
-                partner: grains.cold[self.neighbours.partner(*term) as usize].id,
+                partner: grains.cold[self.neighbours.partner(term) as usize].id,
                 force: force * sign,
                 branch: normal * (sign * (touch.overlap - reach)),
                 share: 0.5,

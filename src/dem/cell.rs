@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use crate::base::lane::{LANES, Pack, TABLE, Table};
+use crate::base::lane::{Part, TABLE, Table};
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space, Words};
 
@@ -284,14 +284,15 @@ impl<S: Space> Shifts<S> {
         (shift, rate)
     }
 
-    /// Of eight codes.
+    /// Of the pairs of a part, by their codes.
     #[inline(always)]
-    pub fn picked<P: Pack>(&self, codes: &[u64; LANES]) -> (S::VectorOf<P>, S::VectorOf<P>) {
+    pub fn picked<R: Part>(&self, part: usize, code: impl Fn(usize) -> u64) -> (S::VectorOf<R>, S::VectorOf<R>) {
+        let codes = std::array::from_fn(code);
         let tables = &self.tables[..2 * S::DIMENSION];
-        let (mut shift, mut rate) = (S::VectorOf::<P>::zero(), S::VectorOf::<P>::zero());
+        let (mut shift, mut rate) = (S::VectorOf::<R>::zero(), S::VectorOf::<R>::zero());
         for axis in 0..S::DIMENSION {
-            shift.set_word(axis, P::picked(&tables[axis], codes));
-            rate.set_word(axis, P::picked(&tables[S::DIMENSION + axis], codes));
+            shift.set_word(axis, R::picked(&tables[axis], &codes, part));
+            rate.set_word(axis, R::picked(&tables[S::DIMENSION + axis], &codes, part));
         }
         (shift, rate)
     }

@@ -130,10 +130,10 @@ impl<S: Space> Contacts<S> {
             // Both run in the order of partner ids: memories are moved along, not searched for.
             let mut memories = carried(row).peekable();
             for term in neighbours.terms_of(row) {
-                let partner = grains.cold[neighbours.partner(*term) as usize].id;
+                let partner = grains.cold[neighbours.partner(term) as usize].id;
                 while memories.next_if(|(id, _)| *id < partner).is_some() {}
                 if let Some((_, remembered)) = memories.next_if(|(id, _)| *id == partner) {
-                    remember(memory, *words, term.pair(), &remembered);
+                    remember(memory, *words, term.pair, &remembered);
                 }
             }
         }
@@ -229,9 +229,9 @@ impl<S: Space> Contacts<S> {
 
     /// Memories of the touching contacts of an owned row, in the order of partner ids.
     pub fn carried_by(&self, grains: &Grains<S>, row: usize) -> impl Iterator<Item = Carried> {
-        self.neighbours.terms_of(row).iter().filter_map(move |term| {
-            let memory = self.recall(term.pair());
-            let partner = grains.cold[self.neighbours.partner(*term) as usize].id;
+        self.neighbours.terms_of(row).filter_map(move |term| {
+            let memory = self.recall(term.pair);
+            let partner = grains.cold[self.neighbours.partner(term) as usize].id;
             (!memory.is_blank()).then_some((partner, memory))
         })
     }

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::base::ids::Row;
-use crate::base::lane::{Instructions, LANES, Pack, Packed, Real, eight_mut};
+use crate::base::lane::{Instructions, LANES, Pack, Packed, Part, Real};
 use crate::base::numbers::{Lanes, Numbers};
 use crate::base::space::{Lanewise, Space, Words};
 use crate::dem::cell::Shifts;
@@ -20,6 +20,9 @@ const CHUNK: usize = 1024;
 pub const fn side_words<S: Space>() -> usize {
     if S::DIMENSION == 2 { 4 } else { 6 }
 }
+
+/// The most of [`side_words`].
+pub const SIDE_WORDS_MAX: usize = 6;
 
 /// Words of a pair's row of forces: what it gives to `a`, then what it gives to `b`, so that a
 /// term of a grain's sum is one load and one addition.
@@ -94,64 +97,104 @@ impl<S: Space, C: ContactLaw<S>, const ACROSS: bool> Packed for Packs<'_, S, C, 
 #[inline(always)]
 fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(packs: Packs<S, C, ACROSS>) {
     let Packs { law, pass, pairs, memory, forces } = packs;
-    let memory_words = <C::Memory<P> as Words<P>>::COUNT;
+    let memory_words = <C::Memory<f64> as Words<f64>>::COUNT;
     let (pairs, _) = pairs.as_chunks::<LANES>();
     let (memory, _) = memory.as_chunks_mut::<LANES>();
     for (pack, pairs) in pairs.iter().enumerate() {
         let memory = &mut memory[pack * memory_words..(pack + 1) * memory_words];
         let forces = &mut forces[pack * LANES * row_words::<S>()..(pack + 1) * LANES * row_words::<S>()];
-        let (a, b) = (read::<S, P>(pass, pairs, |pair| pair.a), read::<S, P>(pass, pairs, Pair::b));
-        let (shift, rate) = match pass.shifts {
-            Some(of) if ACROSS => shifts::<S, P>(of, pairs),
-            _ => (Words::zero(), Words::zero()),
-        };
-        let mut recalled = C::Memory::<P>::zero();
-        for (word, lanes) in memory.iter().enumerate() {
-            recalled.set_word(word, P::load(lanes));
+        match S::DIMENSION {
+            2 => of_pack::<S, C, P::Part, ACROSS>((law, pass), pairs, memory, forces),
+            // What a contact in space has at work no registers hold anyway, and halves gain nothing.
+            _ => of_pack::<S, C, P, ACROSS>((law, pass), pairs, memory, forces),
         }
-        let moved = [P::splat(pass.advance), P::splat(pass.dt)];
-        let given = if ACROSS {
-            contact(law, &a, &b, a.position - b.position + shift, a.velocity - b.velocity + rate, moved, &mut recalled)
-        } else {
-            contact(law, &a, &b, a.position - b.position, a.velocity - b.velocity, moved, &mut recalled)
-        };
-        for (word, lanes) in memory.iter_mut().enumerate() {
-            recalled.word(word).store(lanes);
-        }
-        write::<S, P>(&given, forces);
     }
 }
 
-/// The records of one side of a pack.
+/// A pack, two parts at a time: while the roots and quotients of one are under way, the other's grains are read.
 #[inline(always)]
-fn read<S: Space, P: Pack>(pass: &Pass<S>, pairs: &[Pair; LANES], side: impl Fn(Pair) -> Row) -> Side<S, P> {
+fn of_pack<S: Space, C: ContactLaw<S>, R: Part, const ACROSS: bool>(
+    (law, pass): (&C, &Pass<S>),
+    pairs: &[Pair; LANES],
+    memory: &mut [[f64; LANES]],
+    forces: &mut [f64],
+) {
+    for part in (0..LANES / R::COUNT).step_by(2) {
+        let one = Met::<S, R>::of::<ACROSS>(pass, pairs, part);
+        if R::COUNT == LANES {
+            one.answer(law, part, memory, forces);
+            continue;
+        }
+        let other = Met::<S, R>::of::<ACROSS>(pass, pairs, part + 1);
+        one.answer(law, part, memory, forces);
+        other.answer(law, part + 1, memory, forces);
+    }
+}
+
+/// Pairs that one register holds, as the law sees them.
+struct Met<S: Space, R: Part> {
+    touch: Touch<S, R>,
+    weight: R,
+}
+
+impl<S: Space, R: Part> Met<S, R> {
+    #[inline(always)]
+    fn of<const ACROSS: bool>(pass: &Pass<S>, pairs: &[Pair; LANES], part: usize) -> Self {
+        let (a, b) = (read::<S, R>(pass, pairs, part, |pair| pair.a), read::<S, R>(pass, pairs, part, Pair::b));
+        let (mut separation, mut relative) = (a.position - b.position, a.velocity - b.velocity);
+        if let Some(shifts) = pass.shifts.filter(|_| ACROSS) {
+            let (shift, rate) = shifts.picked::<R>(part, |lane| pairs[lane].code());
+            (separation, relative) = (separation + shift, relative + rate);
+        }
+        let moved = [R::splat(pass.advance), R::splat(pass.dt)];
+        Self { touch: touch(&a, &b, separation, relative, moved), weight: pair_weight(a.weight, b.weight) }
+    }
+
+    #[inline(always)]
+    fn answer<C: ContactLaw<S>>(&self, law: &C, part: usize, memory: &mut [[f64; LANES]], forces: &mut [f64]) {
+        let mut recalled = C::Memory::<R>::zero();
+        for (word, lanes) in memory.iter().enumerate() {
+            recalled.set_word(word, R::load_part(lanes, part));
+        }
+        let Self { touch, weight } = self;
+        let half = touch.overlap * R::splat(0.5);
+        let given = give(law, touch, *weight, [touch.radius_a - half, touch.radius_b - half], &mut recalled);
+        for (word, lanes) in memory.iter_mut().enumerate() {
+            recalled.word(word).store_part(lanes, part);
+        }
+        write::<S, R>(&given, part, forces);
+    }
+}
+
+/// The records of one side of a part.
+#[inline(always)]
+fn read<S: Space, R: Part>(
+    pass: &Pass<S>,
+    pairs: &[Pair; LANES],
+    part: usize,
+    side: impl Fn(Pair) -> Row,
+) -> Side<S, R> {
     let mut rows: [&[f64]; LANES] = [&[]; LANES];
-    for (row, pair) in rows.iter_mut().zip(pairs) {
+    for (row, pair) in rows.iter_mut().zip(&pairs[part * R::COUNT..(part + 1) * R::COUNT]) {
         *row = pass.hot[(side(*pair) - pass.first) as usize].numbers();
     }
-    let low = P::records(&rows, 0);
-    let high = if Hot::<S>::WIDTH > LANES { P::records(&rows, LANES) } else { low };
+    let low = R::of_records(&rows, 0);
+    let high = if Hot::<S>::WIDTH > LANES { R::of_records(&rows, LANES) } else { low };
     Side::of(|word| if word < LANES { low[word] } else { high[word - LANES] })
-}
-
-#[inline(always)]
-fn shifts<S: Space, P: Pack>(shifts: &Shifts<S>, pairs: &[Pair; LANES]) -> (S::VectorOf<P>, S::VectorOf<P>) {
-    shifts.picked(&std::array::from_fn(|lane| pairs[lane].code()))
 }
 
 /// From `[word][lane]` to `[pair][word]`, eight words at a time; the last eight overlap those before where a row is no multiple of eight.
 #[inline(always)]
-fn write<S: Space, P: Pack>(given: &Given<S, P>, forces: &mut [f64]) {
+fn write<S: Space, R: Part>(given: &Given<S, R>, part: usize, forces: &mut [f64]) {
     let row = row_words::<S>();
+    let forces = &mut forces[part * R::COUNT * row..(part + 1) * R::COUNT * row];
     for group in 0..row.div_ceil(LANES) {
         let first = (group * LANES).min(row - LANES);
-        let mut words = [P::splat(0.0); LANES];
+        let mut words = [R::splat(0.0); LANES];
         for (offset, word) in words.iter_mut().enumerate() {
             *word = given.word(first + offset);
         }
-        for (lane, numbers) in P::transposed(words).into_iter().enumerate() {
-            numbers.store(eight_mut(forces, lane * row + first));
-        }
+        R::to_records(words, &mut forces[first..], row);
     }
 }
 
@@ -283,21 +326,6 @@ pub fn touch<S: Space, R: Real>(
 pub fn pair_weight<R: Real>(a: R, b: R) -> R {
     let sum = a + b;
     R::choose(R::min(a, b).above(R::splat(0.0)), sum * R::splat(0.5), sum)
-}
-
-#[inline(always)]
-fn contact<S: Space, C: ContactLaw<S>, R: Real>(
-    law: &C,
-    a: &Side<S, R>,
-    b: &Side<S, R>,
-    separation: S::VectorOf<R>,
-    relative: S::VectorOf<R>,
-    moved: [R; 2],
-    memory: &mut C::Memory<R>,
-) -> Given<S, R> {
-    let touch = touch(a, b, separation, relative, moved);
-    let half = touch.overlap * R::splat(0.5);
-    give(law, &touch, pair_weight(a.weight, b.weight), [a.radius - half, b.radius - half], memory)
 }
 
 /// Forces of a contact with `weight`, their torques by the lever arms of both sides, m; nothing where it does not hold.

@@ -42,34 +42,45 @@ impl Pair {
     }
 }
 
-/// One term of a grain's sum: a pair, which of eight rows side by side the grain is, and whether it is the pair's `b`. With the row in it
-/// one loop sums the terms of eight grains.
+/// One term of a grain's sum: a pair, and whether the grain is its `b`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Term(u32);
-
-/// Terms that one pair could have: two sides in eight rows.
-const TERMS_OF_PAIR: u32 = 2 * LANES as u32;
-/// Pairs that a rank can hold.
-pub const PAIRS_MAX: usize = (u32::MAX / TERMS_OF_PAIR) as usize;
-
-impl Term {
-    fn new(pair: usize, row: Row, is_b: bool) -> Self {
-        Self(pair as u32 * TERMS_OF_PAIR + row % LANES as u32 * 2 + u32::from(is_b))
-    }
+pub struct Term {
     /// Index into [`Neighbours::pairs`].
-    #[inline(always)]
-    pub fn pair(self) -> usize {
-        (self.0 / TERMS_OF_PAIR) as usize
-    }
-    /// The row of the grain modulo eight.
-    #[inline(always)]
-    pub fn lane(self) -> usize {
-        (self.0 / 2) as usize % LANES
-    }
+    pub pair: usize,
     /// Whether the grain is the pair's `b`.
+    pub is_b: bool,
+}
+
+/// Where a term of a grain's sum lies: in which part of the list, and which side of a pair there; or that there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place(u32);
+
+/// Sides of pairs that a part can hold, as bits.
+const SIDE_BITS: u32 = 30;
+/// Pairs that a rank can hold.
+pub const PAIRS_MAX: usize = 1 << (SIDE_BITS - 1);
+
+impl Place {
+    /// A pair of the row's segment, counted from the first of these.
+    pub const WITHIN: usize = 0;
+    /// One that no segment holds alone, counted from the first of these.
+    pub const APART: usize = 1;
+    /// Parts that [`Self::part`] names; the rest hold nothing.
+    pub const PARTS: usize = 4;
+    const NOTHING: Self = Self(2 << SIDE_BITS);
+
+    fn new(part: usize, pair: usize, is_b: bool) -> Self {
+        Self(((part as u32) << SIDE_BITS) | (2 * pair as u32) | u32::from(is_b))
+    }
+    /// [`Self::WITHIN`], [`Self::APART`], or anything else for nothing.
     #[inline(always)]
-    pub fn is_b(self) -> bool {
-        self.0 & 1 == 1
+    pub fn part(self) -> usize {
+        (self.0 >> SIDE_BITS) as usize
+    }
+    /// Twice the pair's number in its part, and one more for `b`.
+    #[inline(always)]
+    pub fn side(self) -> usize {
+        (self.0 & ((1 << SIDE_BITS) - 1)) as usize
     }
 }
 
@@ -85,10 +96,13 @@ pub struct Neighbours {
     pub on_border: Vec<bool>,
     /// Pairs before the first that needs a copy.
     pub border: usize,
-    /// Terms of row i are `terms[starts[i]..starts[i + 1]]`.
-    pub starts: Vec<u32>,
-    /// Row after row, those of a row in the order of the partners' ids; empty after [`Self::drop_terms`].
-    pub terms: Vec<Term>,
+    /// Places of the terms of rows 8i to 8i + 7 are `places[starts[i]..starts[i + 1]]`.
+    starts: Vec<u32>,
+    /// The first terms of eight rows side by side, then their second ones, and so on until the last of them has no more; those of a row in the order of the
+    /// partners' ids. Eight sums grow side by side so that none waits for its last addition. Empty after [`Self::drop_terms`].
+    places: Vec<[Place; LANES]>,
+    /// Owned rows.
+    rows: usize,
     /// Whether all pairs are one part, in the order of the ids of both of their grains; rows stand in that order too and are all owned.
     /// Who adds the forces of pairs up in this order adds for each grain in that of its terms, and needs none of these.
     pub in_order: bool,
@@ -282,7 +296,7 @@ impl Neighbours {
     /// Gives up what a list in order needs at rebuilds alone; [`Self::restore_terms`] tells it again.
     pub fn drop_terms(&mut self) {
         debug_assert!(self.in_order);
-        (self.starts, self.terms, self.on_border) = (Vec::new(), Vec::new(), Vec::new());
+        (self.starts, self.places, self.on_border) = (Vec::new(), Vec::new(), Vec::new());
     }
 
     /// The reverse.
@@ -313,47 +327,75 @@ impl Neighbours {
     fn list_terms<S: Space>(&mut self, grains: &Grains<S>) {
         let pairs = &self.pairs;
         assert!(pairs.len() <= PAIRS_MAX, "a rank holds at most {PAIRS_MAX} pairs of grains; use more ranks");
-        self.starts.clear();
-        self.starts.resize(grains.owned + 1, 0);
+        let mut starts = vec![0; grains.owned + 1];
         for pair in real(pairs) {
             for row in [pair.1.a, pair.1.b()] {
                 if (row as usize) < grains.owned {
-                    self.starts[row as usize + 1] += 1;
+                    starts[row as usize + 1] += 1;
                 }
             }
         }
         for row in 0..grains.owned {
-            self.starts[row + 1] += self.starts[row];
+            starts[row + 1] += starts[row];
         }
-        let mut next = self.starts.clone();
-        self.terms.clear();
-        self.terms.resize(self.starts[grains.owned] as usize, Term::new(0, 0, false));
+        let mut next = starts.clone();
+        let mut terms = vec![Term { pair: 0, is_b: false }; starts[grains.owned]];
         for (index, pair) in real(pairs) {
             for (row, is_b) in [(pair.a, false), (pair.b(), true)] {
                 if (row as usize) < grains.owned {
-                    self.terms[next[row as usize] as usize] = Term::new(index, row, is_b);
+                    terms[next[row as usize]] = Term { pair: index, is_b };
                     next[row as usize] += 1;
                 }
             }
         }
-        for row in 0..grains.owned {
-            let terms = &mut self.terms[self.starts[row] as usize..self.starts[row + 1] as usize];
-            terms.sort_unstable_by_key(|term| grains.cold[partner(pairs, *term) as usize].id);
+        self.rows = grains.owned;
+        self.starts.clear();
+        self.starts.push(0);
+        self.places.clear();
+        for eight in 0..grains.owned.div_ceil(LANES) {
+            let first = self.places.len();
+            for row in eight * LANES..((eight + 1) * LANES).min(grains.owned) {
+                let terms = &mut terms[starts[row]..starts[row + 1]];
+                terms.sort_unstable_by_key(|term| grains.cold[partner(&self.pairs, *term) as usize].id);
+                if self.places.len() - first < terms.len() {
+                    self.places.resize(first + terms.len(), [Place::NOTHING; LANES]);
+                }
+                for (number, term) in terms.iter().enumerate() {
+                    self.places[first + number][row % LANES] = self.place(row, *term);
+                }
+            }
+            self.starts.push(self.places.len() as u32);
+        }
+        self.places.shrink_to_fit();
+    }
+
+    /// Pairs before the segment of a row.
+    fn before(&self, row: usize) -> usize {
+        (row / SEGMENT).checked_sub(1).and_then(|segment| self.segment_ends.get(segment)).map_or(0, |end| *end as usize)
+    }
+
+    fn place(&self, row: usize, term: Term) -> Place {
+        match term.pair.checked_sub(self.within()) {
+            Some(apart) => Place::new(Place::APART, apart, term.is_b),
+            None => Place::new(Place::WITHIN, term.pair - self.before(row), term.is_b),
         }
     }
 
-    /// Terms of an owned row.
-    #[inline(always)]
-    pub fn terms_of(&self, row: usize) -> &[Term] {
-        &self.terms[self.starts[row] as usize..self.starts[row + 1] as usize]
+    /// Terms of an owned row, in the order of the partners' ids.
+    pub fn terms_of(&self, row: usize) -> impl Iterator<Item = Term> {
+        debug_assert!(row < self.rows);
+        let places = self.places_of_eight(row / LANES).iter().map(move |places| places[row % LANES]);
+        let (within, before) = (self.within(), self.before(row));
+        places.take_while(|place| *place != Place::NOTHING).map(move |place| Term {
+            pair: place.side() / 2 + if place.part() == Place::APART { within } else { before },
+            is_b: place.side() % 2 == 1,
+        })
     }
 
-    /// Terms of eight rows side by side, or of as many as there are.
+    /// Places of the terms of eight rows side by side.
     #[inline(always)]
-    pub fn terms_of_eight(&self, eight: usize) -> &[Term] {
-        let rows = self.starts.len() - 1;
-        let [first, end] = [eight * LANES, (eight * LANES + LANES).min(rows)].map(|row| self.starts[row] as usize);
-        &self.terms[first..end]
+    pub fn places_of_eight(&self, eight: usize) -> &[[Place; LANES]] {
+        &self.places[self.starts[eight] as usize..self.starts[eight + 1] as usize]
     }
 
     /// The row on the other side of a term.
@@ -370,13 +412,13 @@ impl Neighbours {
     pub fn bytes(&self) -> usize {
         self.pairs.capacity() * size_of::<Pair>()
             + self.starts.capacity() * size_of::<u32>()
-            + self.terms.capacity() * size_of::<Term>()
+            + self.places.capacity() * size_of::<[Place; LANES]>()
     }
 }
 
 fn partner(pairs: &[Pair], term: Term) -> Row {
-    let pair = pairs[term.pair()];
-    if term.is_b() { pair.a } else { pair.b() }
+    let pair = pairs[term.pair];
+    if term.is_b { pair.a } else { pair.b() }
 }
 
 /// Pairs by the parts of the list.
@@ -499,25 +541,19 @@ mod tests {
         assert_eq!(in_order.counted, neighbours.pairs.len());
         let mut met = vec![Vec::new(); grains.owned];
         for (index, pair) in pairs.iter().enumerate() {
-            met[pair.a as usize].push(Term::new(index, pair.a, false));
-            met[pair.b() as usize].push(Term::new(index, pair.b(), true));
+            met[pair.a as usize].push(Term { pair: index, is_b: false });
+            met[pair.b() as usize].push(Term { pair: index, is_b: true });
         }
-        assert!((0..grains.owned).all(|row| in_order.terms_of(row) == met[row]));
-        // Eights of rows hold the same terms, and each tells its row.
-        for (eight, met) in met.chunks(LANES).enumerate() {
-            let lanes = met.iter().enumerate().flat_map(|(lane, met)| met.iter().map(move |_| lane));
-            let terms = in_order.terms_of_eight(eight);
-            assert!(terms.iter().eq(met.iter().flatten()) && terms.iter().map(|term| term.lane()).eq(lanes));
-        }
+        assert!((0..grains.owned).all(|row| in_order.terms_of(row).eq(met[row].iter().copied())));
         let terms = (0..grains.owned).flat_map(|row| in_order.terms_of(row));
-        let lower = terms.filter(|term| !term.is_b()).map(|term| term.pair());
+        let lower = terms.filter(|term| !term.is_b).map(|term| term.pair);
         assert!(lower.eq(0..pairs.len()));
         let partners = |lists: &Neighbours, row: usize| -> Vec<Row> {
-            lists.terms_of(row).iter().map(|term| lists.partner(*term)).collect()
+            lists.terms_of(row).map(|term| lists.partner(term)).collect()
         };
         assert!((0..grains.owned).all(|row| partners(&in_order, row) == partners(&neighbours, row)));
         in_order.drop_terms();
         in_order.restore_terms(&grains);
-        assert!((0..grains.owned).all(|row| in_order.terms_of(row) == met[row]));
+        assert!((0..grains.owned).all(|row| in_order.terms_of(row).eq(met[row].iter().copied())));
     }
 }

@@ -9,9 +9,9 @@ use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::dem::columns::Largest;
 use crate::dem::grains::{Cold, Grains, Hot, Mover, PenaltySpring};
-use crate::dem::kernel::{Pass, row_words, side_words};
+use crate::dem::kernel::{Pass, SIDE_WORDS_MAX, row_words, side_words};
 use crate::dem::law::Law;
-use crate::dem::neighbours::{Neighbours, Pair, SEGMENT};
+use crate::dem::neighbours::{Neighbours, Pair, Place, SEGMENT};
 
 /// Which segments: those whose pairs need no copies of other ranks' grains, or the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -215,7 +215,7 @@ impl<S: Space, F: Finish<S>> Shared<'_, S, F> {
                 self.evaluate(segment, &stretch.pairs[pairs], memory, forces, hot);
                 let evaluated = Instant::now();
                 let moving = (hot, &mut stretch.force[rows.clone()], &mut stretch.torque[rows]);
-                let sums = SumAndFinish { shared: self, first: segment * SEGMENT, start, forces, moving };
+                let sums = SumAndFinish { shared: self, first: segment * SEGMENT, forces, moving };
                 let farthest = self.instructions.run(sums);
                 passed = passed.and(Passed {
                     farthest,
@@ -241,8 +241,7 @@ struct SumAndFinish<'a, 'f, S: Space, F> {
     shared: &'a Shared<'a, S, F>,
     /// The first row of the segment.
     first: usize,
-    /// `forces` are those of the pairs from here on.
-    start: usize,
+    /// Of its pairs.
     forces: &'f [f64],
     moving: Moving<'f, S>,
 }
@@ -252,14 +251,14 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
 
     #[inline(always)]
     fn run<P: Pack>(self) -> f64 {
-        let Self { shared, first, start, forces, moving: (hot, force, torque) } = self;
+        let Self { shared, first, forces, moving: (hot, force, torque) } = self;
         let Shared { resting, finish, .. } = shared;
         let mut farthest = 0.0;
         let mut farthest_of_eights = Largest::<P>::none();
         let eights = hot.chunks_mut(LANES).zip(force.chunks_mut(LANES)).zip(torque.chunks_mut(LANES));
         for (eight, ((hot, force), torque)) in eights.enumerate() {
             let first = first + eight * LANES;
-            sum_eight(shared, first / LANES, (forces, start), (force, torque));
+            sum_eight(shared, first / LANES, forces, (force, torque));
             let homes = &resting.homes[first..first + hot.len()];
             let springs = resting.springs.get(first..first + hot.len()).unwrap_or_default();
             match (hot.first_chunk_mut(), force.first_chunk(), torque.first_chunk(), homes.first_chunk()) {
@@ -279,28 +278,46 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
     }
 }
 
-/// Sums of eight rows side by side, or of as many as there are. `forces` are those of the segment's pairs, which begin with pair `start`.
+/// Sums of eight rows side by side, or of as many as there are. `forces` are those of the segment's pairs.
 #[inline(always)]
 fn sum_eight<S: Space, F>(
     shared: &Shared<S, F>,
     eight: usize,
-    (forces, start): (&[f64], usize),
+    forces: &[f64],
     (force, torque): (&mut [S::Vector], &mut [S::Spin]),
 ) {
-    let within = shared.neighbours.within();
-    // Picked by an index and not by a branch.
-    let parts = [(forces, start), (shared.outer, within)];
-    let mut sums = [[0.0; LANES]; LANES];
-    for term in shared.neighbours.terms_of_eight(eight) {
-        let (from, first) = parts[usize::from(term.pair() >= within)];
-        let side = (2 * (term.pair() - first) + usize::from(term.is_b())) * side_words::<S>();
-        let given = &from[side..side + side_words::<S>()];
-        let sum = &mut sums[term.lane()];
-        for word in 0..side_words::<S>() {
-            sum[word] += given[word];
+    // Nothing is a side of zeros, for a sum that begins with zero is what it was after it.
+    let mut parts: [&[f64]; Place::PARTS] = [&[0.0; SIDE_WORDS_MAX]; Place::PARTS];
+    (parts[Place::WITHIN], parts[Place::APART]) = (forces, shared.outer);
+    let places = shared.neighbours.places_of_eight(eight);
+    // As many side by side as registers hold.
+    if S::DIMENSION == 2 {
+        sum_some::<S, LANES>(&parts, places, 0, (force, torque));
+    } else {
+        sum_some::<S, { LANES / 2 }>(&parts, places, 0, (force, torque));
+        sum_some::<S, { LANES / 2 }>(&parts, places, LANES / 2, (force, torque));
+    }
+}
+
+/// The same of `N` of them from row `first` on.
+#[inline(always)]
+fn sum_some<S: Space, const N: usize>(
+    parts: &[&[f64]; Place::PARTS],
+    places: &[[Place; LANES]],
+    first: usize,
+    (force, torque): (&mut [S::Vector], &mut [S::Spin]),
+) {
+    let words = side_words::<S>();
+    let mut sums = [[0.0; SIDE_WORDS_MAX]; N];
+    for places in places {
+        for (sum, place) in sums.iter_mut().zip(&places[first..first + N]) {
+            let side = place.side() * words;
+            for (sum, given) in sum.iter_mut().zip(&parts[place.part()][side..side + words]) {
+                *sum += given;
+            }
         }
     }
-    for ((force, torque), sum) in force.iter_mut().zip(torque).zip(&sums) {
+    for ((force, torque), sum) in force.iter_mut().zip(torque).skip(first).zip(&sums) {
         (0..S::DIMENSION).for_each(|axis| force[axis] = sum[axis]);
         (0..S::Spin::COMPONENTS).for_each(|axis| torque[axis] = sum[S::DIMENSION + axis]);
     }

@@ -82,12 +82,12 @@ impl<S: Space> Contacts<S> {
     /// Of contacts of an owned row with grains of higher ids, with the forces of the last evaluation and its positions.
     pub fn strained(&self, law: &dyn Law<S>, grains: &Grains<S>, cell: &Cell<S>, row: usize) -> Strained<S> {
         let mut sums = Strained::zero();
-        for term in self.neighbours.terms_of(row).iter().filter(|term| !term.is_b()) {
-            let force = self.force_of(term.pair());
+        for term in self.neighbours.terms_of(row).filter(|term| !term.is_b) {
+            let force = self.force_of(term.pair);
             if force == S::Vector::zero() {
                 continue;
             }
-            let pair = &self.neighbours.pairs[term.pair()];
+            let pair = &self.neighbours.pairs[term.pair];
             let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
             let branch = a.position - b.position + self.shift(pair).0;
             let strained = match grains.cold[row].mover {

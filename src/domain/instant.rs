@@ -88,9 +88,9 @@ impl<S: Space> World<'_, S> {
         let (law, grains, times) = (self.law(), &self.assembly.grains, self.contact_times());
         let mut part = Part { moment: S::Tensor::zero(), elastic: 0.0, contacts: 0, kinetic: [0.0; 2] };
         for term in self.assembly.contacts.neighbours.terms_of(row) {
-            let pair = &self.assembly.contacts.neighbours.pairs[term.pair()];
+            let pair = &self.assembly.contacts.neighbours.pairs[term.pair];
             let touch = self.assembly.contacts.touch_after(grains, pair, times);
-            let mut memory = self.assembly.contacts.recall(term.pair());
+            let mut memory = self.assembly.contacts.recall(term.pair);
             if !law.holds(&touch, &memory) {
                 continue;
             }
@@ -98,7 +98,7 @@ impl<S: Space> World<'_, S> {
             let half = 0.5 * touch.overlap;
             let given = law.give(&touch, weight, [touch.radius_a - half, touch.radius_b - half], &mut memory);
             let on_a: S::Vector = vector(&given.force);
-            if term.is_b() {
+            if term.is_b {
                 *force -= on_a;
                 *torque += vector::<S::Spin, _>(&given.torque_b);
                 continue;

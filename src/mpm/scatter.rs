@@ -109,10 +109,16 @@ impl Basis {
     /// Takes the functions that grains have at the places of up to eight of these rows.
     #[inline(always)]
     pub fn set_of_grains<S: Space, P: Pack>(&mut self, frame: &TileFrame<S>, hot: &[GrainHot<S>], rows: &[u32]) {
-        let records = eight_of(rows).map(|row| &hot[*row as usize]);
+        let mut places = [[0.0; LANES]; 3];
+        for (lane, row) in eight_of(rows).into_iter().enumerate() {
+            let position = &hot[*row as usize].position;
+            for (axis, places) in places.iter_mut().enumerate().take(S::DIMENSION) {
+                places[lane] = position[axis];
+            }
+        }
         let mut place = S::VectorOf::<P>::zero();
-        for axis in 0..S::DIMENSION {
-            place.set_word(axis, P::load(&records.map(|grain| grain.position[axis])));
+        for (axis, places) in places.iter().enumerate().take(S::DIMENSION) {
+            place.set_word(axis, P::load(places));
         }
         self.set::<S, P>(frame, (ShapeFunction::Quadratic, false), frame.place(&place));
     }

@@ -11,7 +11,7 @@
 //! on any regular lattice integrate their slopes exactly: the midpoint rule errs by multiples of what the slopes' own slopes
 //! are at the ends of a function's reach (Euler & Maclaurin), and at a straight end that is nothing.
 
-use crate::base::lane::Real;
+use crate::base::lane::{Real, splats};
 use crate::base::space::{Space, Words};
 use crate::mpm::scheme::ShapeFunction;
 
@@ -79,7 +79,7 @@ impl<R: Real, const N: usize> Along<R, N> {
         if wall.is_infinite() {
             return self;
         }
-        let [zero, half, one] = [0.0, 0.5, 1.0].map(R::splat);
+        let [zero, half, one] = splats::<R, _>([0.0, 0.5, 1.0]);
         // How far behind the wall each node is, a whole number.
         let mut behind = [zero; N];
         for (node, behind) in behind.iter_mut().enumerate() {
@@ -118,7 +118,7 @@ pub struct Cubic;
 impl Shape<3> for LinearHat {
     #[inline(always)]
     fn unwalled<R: Real>(place: R, _: f64) -> Along<R, 3> {
-        let [zero, half, one] = [0.0, 0.5, 1.0].map(R::splat);
+        let [zero, half, one] = splats::<R, _>([0.0, 0.5, 1.0]);
         let (cell, base) = (place.floor(), (place - half).floor());
         let x = place - cell;
         // The cell's two nodes are the last two of the three, or the first two.
@@ -148,7 +148,7 @@ impl Shape<3> for Generalised {
 /// The hat of a node seen by a point of half length `half`, at `apart` cells from it, and its slope.
 #[inline(always)]
 fn generalised<R: Real>(apart: R, half: f64) -> (R, R) {
-    let [zero, one, sharp, wide, within] = [0.0, 1.0, half, 1.0 + half, 1.0 - half].map(R::splat);
+    let [zero, one, sharp, wide, within] = splats::<R, _>([0.0, 1.0, half, 1.0 + half, 1.0 - half]);
     let distance = apart.abs();
     let side = R::choose(zero.above(apart), -one, one);
     let left = wide - distance;
@@ -166,7 +166,7 @@ fn generalised<R: Real>(apart: R, half: f64) -> (R, R) {
 impl Shape<3> for Quadratic {
     #[inline(always)]
     fn unwalled<R: Real>(place: R, _: f64) -> Along<R, 3> {
-        let [half, one, high, wide, two] = [0.5, 1.0, 0.75, 1.5, 2.0].map(R::splat);
+        let [half, one, high, wide, two] = splats::<R, _>([0.5, 1.0, 0.75, 1.5, 2.0]);
         let base = (place - half).floor();
         let x = place - base;
         let (from_first, from_middle, from_last) = (wide - x, x - one, x - half);
@@ -182,7 +182,7 @@ impl Shape<4> for Cubic {
     #[inline(always)]
     fn unwalled<R: Real>(place: R, _: f64) -> Along<R, 4> {
         let [sixth, half, one, wide, two, three, four, six] =
-            [1.0 / 6.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0].map(R::splat);
+            splats::<R, _>([1.0 / 6.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]);
         let base = place.floor() - one;
         let x = place - base - one;
         let y = one - x;

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use wide::f64x2;
 
-use super::{Kernel, LANES, Pack, Real};
+use super::{Kernel, LANES, Pack, Part, Real, eight_mut, whole_part};
 
 /// Four pairs by name: as an array they would be held in memory.
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +131,11 @@ impl Real for Eight {
     }
 }
 
+whole_part!(Eight);
+
 impl Pack for Eight {
+    type Part = Self;
+
     #[inline(never)]
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
         kernel.run()

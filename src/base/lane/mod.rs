@@ -101,8 +101,58 @@ pub trait Real:
     fn of_numbers(numbers: &Self::Numbers) -> Self;
 }
 
+/// As many numbers of a pack as one register holds. What has more numbers at work than there are registers is evaluated part by part, so that none
+/// of them has to wait in memory.
+pub trait Part: Real {
+    /// Of eight numbers those of a part.
+    fn load_part(from: &[f64; LANES], part: usize) -> Self;
+    /// The reverse.
+    fn store_part(self, to: &mut [f64; LANES], part: usize);
+    /// Eight words of as many records as there are lanes, the first of these, word by word: result `w` holds word `first + w` of each.
+    fn of_records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES];
+    /// The reverse: word `w` of record `i` goes to number `i * width + w`.
+    fn to_records(words: [Self; LANES], records: &mut [f64], width: usize);
+
+    /// Of a table's numbers those at the places of a part among eight, which count modulo its length.
+    #[inline(always)]
+    fn picked(table: &Table, places: &[u64; LANES], part: usize) -> Self {
+        Self::load_part(&std::array::from_fn(|lane| table[places[lane] as usize % TABLE]), part)
+    }
+}
+
+/// A pack is its own only part.
+macro_rules! whole_part {
+    ($pack:ty $(, $picked:item)?) => {
+        impl Part for $pack {
+            #[inline(always)]
+            fn load_part(from: &[f64; LANES], _: usize) -> Self {
+                Self::load(from)
+            }
+            #[inline(always)]
+            fn store_part(self, to: &mut [f64; LANES], _: usize) {
+                self.store(to);
+            }
+            #[inline(always)]
+            fn of_records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
+                Self::records(rows, first)
+            }
+            #[inline(always)]
+            fn to_records(words: [Self; LANES], records: &mut [f64], width: usize) {
+                for (record, numbers) in Self::transposed(words).into_iter().enumerate() {
+                    numbers.store(eight_mut(records, record * width));
+                }
+            }
+            $($picked)?
+        }
+    };
+}
+use whole_part;
+
 /// Eight numbers in step that can be brought from memory and back.
-pub trait Pack: Real<Numbers = [f64; LANES]> {
+pub trait Pack: Real<Numbers = [f64; LANES]> + Part {
+    /// What one register holds of them.
+    type Part: Part;
+
     /// Number `i` goes to lane `i`; aligned as one `f64` is.
     fn load(from: &[f64; LANES]) -> Self;
     /// Lane `i` goes to number `i`; aligned as one `f64` is.
@@ -111,12 +161,6 @@ pub trait Pack: Real<Numbers = [f64; LANES]> {
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome;
     /// Rows for columns: result `w` holds lane `w` of every row.
     fn transposed(rows: [Self; LANES]) -> [Self; LANES];
-
-    /// Of a table's numbers those at eight places, which count modulo its length.
-    #[inline(always)]
-    fn picked(table: &Table, places: &[u64; LANES]) -> Self {
-        Self::load(&std::array::from_fn(|lane| table[places[lane] as usize % TABLE]))
-    }
 
     /// Eight words of each of eight records, word by word: result `w` holds word `first + w` of every record.
     #[inline(always)]
@@ -127,6 +171,16 @@ pub trait Pack: Real<Numbers = [f64; LANES]> {
         }
         Self::transposed(loaded)
     }
+}
+
+/// Each of these numbers in every lane. A loop: what `map` calls would be a function of its own, without the registers.
+#[inline(always)]
+pub fn splats<R: Real, const N: usize>(numbers: [f64; N]) -> [R; N] {
+    let mut lanes = [R::splat(0.0); N];
+    for (lanes, number) in lanes.iter_mut().zip(numbers) {
+        *lanes = R::splat(number);
+    }
+    lanes
 }
 
 /// Eight words of a record from `first` on.
@@ -367,8 +421,52 @@ mod tests {
         }
     }
 
+    struct PartByPart;
+
+    /// Records of eleven numbers, part by part, into their columns and back; numbers; places of a table.
+    fn goes_and_comes_back<R: Part>() {
+        const WIDTH: usize = 11;
+        let record = |of: usize| -> [f64; WIDTH] { std::array::from_fn(|word| (100 * of + word) as f64 - 350.25) };
+        let records: [[f64; WIDTH]; LANES] = std::array::from_fn(record);
+        let table: Table = std::array::from_fn(|place| place as f64 + 0.5);
+        let places: [u64; LANES] = std::array::from_fn(|lane| (7 * lane + 3) as u64 % TABLE as u64);
+        let (mut numbers, mut written) = ([0.0; LANES], [0.0; LANES * WIDTH]);
+        for part in 0..LANES / R::COUNT {
+            let first = part * R::COUNT;
+            let mut rows: [&[f64]; LANES] = [&[]; LANES];
+            rows.iter_mut().zip(&records[first..first + R::COUNT]).for_each(|(row, record)| *row = record);
+            let words = R::of_records(&rows, 3);
+            for (word, column) in words.iter().enumerate() {
+                let wanted: Vec<f64> = records[first..first + R::COUNT].iter().map(|record| record[3 + word]).collect();
+                assert_eq!(column.numbers().as_ref(), wanted);
+            }
+            R::to_records(words, &mut written[first * WIDTH + 3..(first + R::COUNT) * WIDTH], WIDTH);
+            R::load_part(&records[0][..LANES].try_into().expect("eight"), part).store_part(&mut numbers, part);
+            let found = R::picked(&table, &places, part);
+            let wanted: Vec<f64> = places[first..first + R::COUNT].iter().map(|place| table[*place as usize]).collect();
+            assert_eq!(found.numbers().as_ref(), wanted);
+        }
+        assert_eq!(numbers, records[0][..LANES]);
+        for (written, record) in written.chunks(WIDTH).zip(&records) {
+            assert_eq!((&written[..3], &written[3..]), (&[0.0; 3][..], &record[3..]));
+        }
+    }
+
+    impl Packed for PartByPart {
+        type Outcome = ();
+        fn run<P: Pack>(self) {
+            goes_and_comes_back::<P::Part>();
+            goes_and_comes_back::<P>();
+        }
+    }
+
     #[test]
     fn every_width_does_what_single_numbers_do() {
         Instructions::here().for_each(|instructions| instructions.run(AsOneByOne));
+    }
+
+    #[test]
+    fn records_go_through_parts_and_come_back() {
+        Instructions::here().for_each(|instructions| instructions.run(PartByPart));
     }
 }

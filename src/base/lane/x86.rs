@@ -1,4 +1,4 @@
-//! Eight numbers in the vector registers of x86-64: one of 512 bits, or two of 256.
+//! Eight numbers in the vector registers of x86-64: one of 512 bits, or two of 256, each of which is also a part by itself.
 //!
 //! The methods are inlined into functions that enable the instructions ([`Pack::enter`]), which are entered by
 //! [`super::Instructions::run`] alone, so the processor has what they need.
@@ -6,13 +6,16 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Kernel, LANES, Pack, Real, Table};
+use super::{Kernel, LANES, Pack, Part, Real, Table, eight, eight_mut, whole_part};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512d);
 
 #[derive(Clone, Copy, Debug)]
-pub struct Avx2(__m256d, __m256d);
+pub struct Four(__m256d);
+
+#[derive(Clone, Copy, Debug)]
+pub struct Avx2(Four, Four);
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $wide:ident, $half:ident) => {
@@ -24,12 +27,19 @@ macro_rules! operator {
                 Self(unsafe { $wide(self.0, other.0) })
             }
         }
-        impl $trait for Avx2 {
+        impl $trait for Four {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
                 // SAFETY: the enclosing kernel has AVX2.
-                unsafe { Self($half(self.0, other.0), $half(self.1, other.1)) }
+                Self(unsafe { $half(self.0, other.0) })
+            }
+        }
+        impl $trait for Avx2 {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self($trait::$method(self.0, other.0), $trait::$method(self.1, other.1))
             }
         }
     };
@@ -67,15 +77,20 @@ impl Neg for Avx512 {
     }
 }
 
-impl Neg for Avx2 {
+impl Neg for Four {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
         // SAFETY: the enclosing kernel has AVX2.
-        unsafe {
-            let sign = _mm256_set1_pd(-0.0);
-            Self(_mm256_xor_pd(self.0, sign), _mm256_xor_pd(self.1, sign))
-        }
+        Self(unsafe { _mm256_xor_pd(self.0, _mm256_set1_pd(-0.0)) })
+    }
+}
+
+impl Neg for Avx2 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0, -self.1)
     }
 }
 
@@ -147,7 +162,18 @@ fn in_avx512<K: Kernel<Avx512>>(kernel: K) -> K::Outcome {
     kernel.run()
 }
 
+whole_part!(
+    Avx512,
+    #[inline(always)]
+    fn picked(table: &Table, places: &[u64; LANES], _: usize) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
+        Self(unsafe { picked(table, places) })
+    }
+);
+
 impl Pack for Avx512 {
+    type Part = Self;
+
     #[inline]
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
         // SAFETY: nobody outside of `lane` can name these registers, and `Instructions` is entered here with those alone
@@ -163,11 +189,6 @@ impl Pack for Avx512 {
     fn store(self, to: &mut [f64; LANES]) {
         // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn picked(table: &Table, places: &[u64; LANES]) -> Self {
-        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
-        Self(unsafe { picked(table, places) })
     }
     /// Neighbours within 128 bits, then across.
     #[inline(always)]
@@ -227,74 +248,174 @@ unsafe fn quarters([a, b, c, d]: [__m512d; 4]) -> [Avx512; 4] {
     }
 }
 
+impl Real for Four {
+    type Mask = __m256d;
+    const COUNT: usize = 4;
+    type Numbers = [f64; 4];
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_set1_pd(value) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_sqrt_pd(self.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_floor_pd(self.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_min_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_max_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> __m256d {
+        // SAFETY: the enclosing kernel has AVX2.
+        unsafe { _mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0) }
+    }
+    #[inline(always)]
+    fn both(a: __m256d, b: __m256d) -> __m256d {
+        // SAFETY: the enclosing kernel has AVX2.
+        unsafe { _mm256_and_pd(a, b) }
+    }
+    #[inline(always)]
+    fn either(a: __m256d, b: __m256d) -> __m256d {
+        // SAFETY: the enclosing kernel has AVX2.
+        unsafe { _mm256_or_pd(a, b) }
+    }
+    #[inline(always)]
+    fn choose(mask: __m256d, yes: Self, no: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_blendv_pd(no.0, yes.0, mask) })
+    }
+    #[inline(always)]
+    fn holds(mask: __m256d, lane: usize) -> bool {
+        // SAFETY: the enclosing kernel has AVX2.
+        let lanes = unsafe { _mm256_movemask_pd(mask) };
+        lanes >> lane & 1 == 1
+    }
+    #[inline(always)]
+    fn any(mask: __m256d) -> bool {
+        // SAFETY: the enclosing kernel has AVX2.
+        unsafe { _mm256_movemask_pd(mask) != 0 }
+    }
+    #[inline(always)]
+    fn numbers(self) -> [f64; 4] {
+        let mut numbers = [0.0; 4];
+        // SAFETY: the enclosing kernel has AVX2.
+        unsafe { _mm256_storeu_pd(numbers.as_mut_ptr(), self.0) }
+        numbers
+    }
+    #[inline(always)]
+    fn of_numbers(numbers: &[f64; 4]) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
+        Self(unsafe { _mm256_loadu_pd(numbers.as_ptr()) })
+    }
+}
+
+impl Part for Four {
+    #[inline(always)]
+    fn load_part(from: &[f64; LANES], part: usize) -> Self {
+        let (halves, _) = from.as_chunks();
+        Self::of_numbers(&halves[part])
+    }
+    #[inline(always)]
+    fn store_part(self, to: &mut [f64; LANES], part: usize) {
+        let (halves, _) = to.as_chunks_mut();
+        halves[part] = self.numbers();
+    }
+    #[inline(always)]
+    fn of_records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
+        let mut halves = [[Self::splat(0.0); 2]; 4];
+        for (halves, row) in halves.iter_mut().zip(rows) {
+            *halves = [Self::load_part(eight(row, first), 0), Self::load_part(eight(row, first), 1)];
+        }
+        columns(halves)
+    }
+    #[inline(always)]
+    fn to_records(words: [Self; LANES], records: &mut [f64], width: usize) {
+        let [w0, w1, w2, w3, w4, w5, w6, w7] = words;
+        for (part, words) in [[w0, w1, w2, w3], [w4, w5, w6, w7]].into_iter().enumerate() {
+            for (record, numbers) in square(words).into_iter().enumerate() {
+                numbers.store_part(eight_mut(records, record * width), part);
+            }
+        }
+    }
+}
+
+/// From the halves of four rows of eight numbers, the columns.
+#[inline(always)]
+fn columns([a, b, c, d]: [[Four; 2]; 4]) -> [Four; LANES] {
+    let ([w0, w1, w2, w3], [w4, w5, w6, w7]) = (square([a[0], b[0], c[0], d[0]]), square([a[1], b[1], c[1], d[1]]));
+    [w0, w1, w2, w3, w4, w5, w6, w7]
+}
+
 impl Real for Avx2 {
     type Mask = (__m256d, __m256d);
     through_memory!();
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        let half = unsafe { _mm256_set1_pd(value) };
-        Self(half, half)
+        Self(Four::splat(value), Four::splat(value))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { Self(_mm256_sqrt_pd(self.0), _mm256_sqrt_pd(self.1)) }
+        Self(self.0.sqrt(), self.1.sqrt())
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe {
-            let sign = _mm256_set1_pd(-0.0);
-            Self(_mm256_andnot_pd(sign, self.0), _mm256_andnot_pd(sign, self.1))
-        }
+        Self(self.0.abs(), self.1.abs())
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { Self(_mm256_floor_pd(self.0), _mm256_floor_pd(self.1)) }
+        Self(self.0.floor(), self.1.floor())
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { Self(_mm256_min_pd(self.0, other.0), _mm256_min_pd(self.1, other.1)) }
+        Self(self.0.min(other.0), self.1.min(other.1))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { Self(_mm256_max_pd(self.0, other.0), _mm256_max_pd(self.1, other.1)) }
+        Self(self.0.max(other.0), self.1.max(other.1))
     }
     #[inline(always)]
     fn above(self, other: Self) -> Self::Mask {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { (_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0), _mm256_cmp_pd::<_CMP_GT_OQ>(self.1, other.1)) }
+        (self.0.above(other.0), self.1.above(other.1))
     }
     #[inline(always)]
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { (_mm256_and_pd(a.0, b.0), _mm256_and_pd(a.1, b.1)) }
+        (Four::both(a.0, b.0), Four::both(a.1, b.1))
     }
     #[inline(always)]
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { (_mm256_or_pd(a.0, b.0), _mm256_or_pd(a.1, b.1)) }
+        (Four::either(a.0, b.0), Four::either(a.1, b.1))
     }
     #[inline(always)]
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { Self(_mm256_blendv_pd(no.0, yes.0, mask.0), _mm256_blendv_pd(no.1, yes.1, mask.1)) }
+        Self(Four::choose(mask.0, yes.0, no.0), Four::choose(mask.1, yes.1, no.1))
     }
     #[inline(always)]
     fn holds(mask: Self::Mask, lane: usize) -> bool {
-        // SAFETY: the enclosing kernel has AVX2.
-        let halves = unsafe { [_mm256_movemask_pd(mask.0), _mm256_movemask_pd(mask.1)] };
-        halves[lane / 4] >> (lane % 4) & 1 == 1
+        Four::holds([mask.0, mask.1][lane / 4], lane % 4)
     }
     #[inline(always)]
     fn any(mask: Self::Mask) -> bool {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { _mm256_movemask_pd(_mm256_or_pd(mask.0, mask.1)) != 0 }
+        Four::any(Four::either(mask.0, mask.1))
     }
 }
 
@@ -303,7 +424,11 @@ fn in_avx2<K: Kernel<Avx2>>(kernel: K) -> K::Outcome {
     kernel.run()
 }
 
+whole_part!(Avx2);
+
 impl Pack for Avx2 {
+    type Part = Four;
+
     #[inline]
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
         // SAFETY: nobody outside of `lane` can name these registers, and `Instructions` is entered here with those alone
@@ -312,53 +437,35 @@ impl Pack for Avx2 {
     }
     #[inline(always)]
     fn load(from: &[f64; LANES]) -> Self {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe { Self(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))) }
+        Self(Four::load_part(from, 0), Four::load_part(from, 1))
     }
     #[inline(always)]
     fn store(self, to: &mut [f64; LANES]) {
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe {
-            _mm256_storeu_pd(to.as_mut_ptr(), self.0);
-            _mm256_storeu_pd(to.as_mut_ptr().add(4), self.1);
-        }
+        self.0.store_part(to, 0);
+        self.1.store_part(to, 1);
     }
     /// Four transpositions of 4 by 4.
     #[inline(always)]
     fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
         let [r0, r1, r2, r3, r4, r5, r6, r7] = rows;
-        // SAFETY: the enclosing kernel has AVX2.
-        unsafe {
-            let ([a0, a1, a2, a3], [b0, b1, b2, b3]) =
-                (square([r0.0, r1.0, r2.0, r3.0]), square([r4.0, r5.0, r6.0, r7.0]));
-            let ([c0, c1, c2, c3], [d0, d1, d2, d3]) =
-                (square([r0.1, r1.1, r2.1, r3.1]), square([r4.1, r5.1, r6.1, r7.1]));
-            [
-                Self(a0, b0),
-                Self(a1, b1),
-                Self(a2, b2),
-                Self(a3, b3),
-                Self(c0, d0),
-                Self(c1, d1),
-                Self(c2, d2),
-                Self(c3, d3),
-            ]
-        }
+        let [a0, a1, a2, a3, a4, a5, a6, a7] = columns([[r0.0, r0.1], [r1.0, r1.1], [r2.0, r2.1], [r3.0, r3.1]]);
+        let [b0, b1, b2, b3, b4, b5, b6, b7] = columns([[r4.0, r4.1], [r5.0, r5.1], [r6.0, r6.1], [r7.0, r7.1]]);
+        [Self(a0, b0), Self(a1, b1), Self(a2, b2), Self(a3, b3), Self(a4, b4), Self(a5, b5), Self(a6, b6), Self(a7, b7)]
     }
 }
 
 /// Rows for columns, four by four.
 #[inline(always)]
-unsafe fn square([r0, r1, r2, r3]: [__m256d; 4]) -> [__m256d; 4] {
-    // SAFETY: the caller has AVX2.
+fn square([Four(r0), Four(r1), Four(r2), Four(r3)]: [Four; 4]) -> [Four; 4] {
+    // SAFETY: nobody has a `Four` but in a kernel that has AVX2.
     unsafe {
         let (low, high) = (_mm256_unpacklo_pd(r0, r1), _mm256_unpackhi_pd(r0, r1));
         let (low_behind, high_behind) = (_mm256_unpacklo_pd(r2, r3), _mm256_unpackhi_pd(r2, r3));
         [
-            _mm256_permute2f128_pd::<0x20>(low, low_behind),
-            _mm256_permute2f128_pd::<0x20>(high, high_behind),
-            _mm256_permute2f128_pd::<0x31>(low, low_behind),
-            _mm256_permute2f128_pd::<0x31>(high, high_behind),
+            Four(_mm256_permute2f128_pd::<0x20>(low, low_behind)),
+            Four(_mm256_permute2f128_pd::<0x20>(high, high_behind)),
+            Four(_mm256_permute2f128_pd::<0x31>(low, low_behind)),
+            Four(_mm256_permute2f128_pd::<0x31>(high, high_behind)),
         ]
     }
 }

@@ -127,7 +127,7 @@ impl<S: Space> Step<'_, S> {
             }
         }
         for term in self.contacts.neighbours.terms_of(row) {
-            self.contact(*term, &sides, &mut lines);
+            self.contact(term, &sides, &mut lines);
         }
         lines
     }
@@ -180,21 +180,21 @@ impl<S: Space> Step<'_, S> {
 
     /// A row's side of a contact over both drifts, `a` with the images; and what springs did, if the row is `a`.
     fn contact(&self, term: Term, sides: &[Hot<S>; 2], lines: &mut Lines) {
-        let pair = self.contacts.neighbours.pairs[term.pair()];
+        let pair = self.contacts.neighbours.pairs[term.pair];
         let (row_a, row_b) = (pair.a as usize, pair.b() as usize);
         let (a, b) = (self.before(row_a), self.before(row_b));
         let (shift, rate) = self.contacts.shift(&pair);
         let separation = a.position - b.position + shift;
         let relative = a.velocity - b.velocity + rate;
         let now = of_sides::<S>([&a, &b], (separation, relative), [self.passed, self.dt]);
-        let memory = self.contacts.recall(term.pair());
-        let given = self.contacts.given(term.pair());
+        let memory = self.contacts.recall(term.pair);
+        let given = self.contacts.given(term.pair);
         let weight = pair_weight(a.weight, b.weight);
 
-        if !term.is_b() {
+        if !term.is_b {
             let first = separation - relative * self.passed;
             let first = of_sides::<S>([&a, &b], (first, relative), [0.0, 0.0]);
-            let memory_before = self.contacts.recall_from(&self.page.memories, term.pair());
+            let memory_before = self.contacts.recall_from(&self.page.memories, term.pair);
             let settled = settle(self.law, [&first, &now], [&memory_before, &memory]);
             lines.add(BEHIND, Item::Slip, weight * settled.slipped);
             lines.add(BEHIND, Item::Made, weight * settled.made);
@@ -207,13 +207,13 @@ impl<S: Space> Step<'_, S> {
             let mut still = a;
             (still.velocity, still.spin) = (S::Vector::zero(), S::Spin::zero());
             let moving = sides[drift];
-            let (velocity, pair_of) = match term.is_b() {
+            let (velocity, pair_of) = match term.is_b {
                 false => (moving.velocity + rates[drift], [moving, Hot { radius: b.radius, ..still }]),
                 true => (-moving.velocity, [still, moving]),
             };
             let alone = of_sides::<S>([&pair_of[0], &pair_of[1]], (separation, velocity), [0.0, 0.0]);
             lose(self.law, &parted, &alone, &moving.spin, (drift, lines), self.dt);
-            if !term.is_b() && pair.image() != ImageCode::NONE {
+            if !term.is_b && pair.image() != ImageCode::NONE {
                 let force: S::Vector = vector(&given.force);
                 lines.add(drift, Item::Cell, -0.5 * self.dt * force.dot(&rates[drift]));
             }
