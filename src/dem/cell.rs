@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use crate::base::lane::{Part, TABLE, Table};
+use crate::base::lane::{LANES, Part, TABLE, Table};
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space, Words};
 
@@ -284,15 +284,14 @@ impl<S: Space> Shifts<S> {
         (shift, rate)
     }
 
-    /// Of the pairs of a part, by their codes.
+    /// Of a part of eight codes.
     #[inline(always)]
-    pub fn picked<R: Part>(&self, part: usize, code: impl Fn(usize) -> u64) -> (S::VectorOf<R>, S::VectorOf<R>) {
-        let codes = std::array::from_fn(code);
+    pub fn picked<R: Part>(&self, codes: &[u64; LANES], part: usize) -> (S::VectorOf<R>, S::VectorOf<R>) {
         let tables = &self.tables[..2 * S::DIMENSION];
         let (mut shift, mut rate) = (S::VectorOf::<R>::zero(), S::VectorOf::<R>::zero());
         for axis in 0..S::DIMENSION {
-            shift.set_word(axis, R::picked(&tables[axis], &codes, part));
-            rate.set_word(axis, R::picked(&tables[S::DIMENSION + axis], &codes, part));
+            shift.set_word(axis, R::picked(&tables[axis], codes, part));
+            rate.set_word(axis, R::picked(&tables[S::DIMENSION + axis], codes, part));
         }
         (shift, rate)
     }

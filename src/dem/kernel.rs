@@ -1,10 +1,10 @@
-//! The pass over pairs: eight at a time, from the records of their grains to their forces. Written once over [`Pack`];
+//! The pass over pairs: packs of eight, from the records of their grains to their forces. Written once over [`Part`];
 //! [`pair_pass`] picks the widest registers the processor has, and every width gives the same bits.
 
 use rayon::prelude::*;
 
 use crate::base::ids::Row;
-use crate::base::lane::{Instructions, LANES, Pack, Packed, Part, Real};
+use crate::base::lane::{Instructions, LANES, Pack, Packed, Part, Quad, Real, four};
 use crate::base::numbers::{Lanes, Numbers};
 use crate::base::space::{Lanewise, Space, Words};
 use crate::dem::cell::Shifts;
@@ -21,14 +21,14 @@ pub const fn side_words<S: Space>() -> usize {
     if S::DIMENSION == 2 { 4 } else { 6 }
 }
 
-/// The most of [`side_words`].
-pub const SIDE_WORDS_MAX: usize = 6;
-
 /// Words of a pair's row of forces: what it gives to `a`, then what it gives to `b`, so that a
 /// term of a grain's sum is one load and one addition.
 pub const fn row_words<S: Space>() -> usize {
     2 * side_words::<S>()
 }
+
+/// The most words of a grain's record that a contact reads: place, velocity and spin, radius, weight and mass.
+const RECORD_WORDS_MAX: usize = 12;
 
 /// Force and torque of a side's words.
 #[inline(always)]
@@ -105,7 +105,7 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(packs: Packs<S
         let forces = &mut forces[pack * LANES * row_words::<S>()..(pack + 1) * LANES * row_words::<S>()];
         match S::DIMENSION {
             2 => of_pack::<S, C, P::Part, ACROSS>((law, pass), pairs, memory, forces),
-            // What a contact in space has at work no registers hold anyway, and halves gain nothing.
+            // A contact in space has more at work than registers hold, by whatever parts: two of them under way take longer than the pack (BENCHMARKS).
             _ => of_pack::<S, C, P, ACROSS>((law, pass), pairs, memory, forces),
         }
     }
@@ -140,10 +140,9 @@ struct Met<S: Space, R: Part> {
 impl<S: Space, R: Part> Met<S, R> {
     #[inline(always)]
     fn of<const ACROSS: bool>(pass: &Pass<S>, pairs: &[Pair; LANES], part: usize) -> Self {
-        let (a, b) = (read::<S, R>(pass, pairs, part, |pair| pair.a), read::<S, R>(pass, pairs, part, Pair::b));
-        let (mut separation, mut relative) = (a.position - b.position, a.velocity - b.velocity);
+        let ([mut separation, mut relative], [a, b]) = read::<S, R>(pass, pairs, part);
         if let Some(shifts) = pass.shifts.filter(|_| ACROSS) {
-            let (shift, rate) = shifts.picked::<R>(part, |lane| pairs[lane].code());
+            let (shift, rate) = shifts.picked::<R>(&std::array::from_fn(|lane| pairs[lane].code()), part);
             (separation, relative) = (separation + shift, relative + rate);
         }
         let moved = [R::splat(pass.advance), R::splat(pass.dt)];
@@ -166,21 +165,38 @@ impl<S: Space, R: Part> Met<S, R> {
     }
 }
 
-/// The records of one side of a part.
+/// Sides `a` and `b` of a part's pairs.
+type Sides<S, R> = [Side<S, R>; 2];
+/// x_a - x_b and v_a - v_b, without the image.
+type Between<S, R> = [<S as Space>::VectorOf<R>; 2];
+
+/// What lies between the sides of a part's pairs, and what each has of its own; place and velocity of each are left zero. Taking the differences before words are put
+/// lane by lane spares a quarter of that.
 #[inline(always)]
-fn read<S: Space, R: Part>(
-    pass: &Pass<S>,
-    pairs: &[Pair; LANES],
-    part: usize,
-    side: impl Fn(Pair) -> Row,
-) -> Side<S, R> {
-    let mut rows: [&[f64]; LANES] = [&[]; LANES];
-    for (row, pair) in rows.iter_mut().zip(&pairs[part * R::COUNT..(part + 1) * R::COUNT]) {
-        *row = pass.hot[(side(*pair) - pass.first) as usize].numbers();
+fn read<S: Space, R: Part>(pass: &Pass<S>, pairs: &[Pair; LANES], part: usize) -> (Between<S, R>, Sides<S, R>) {
+    let (mut a, mut b): ([&[f64]; LANES], [&[f64]; LANES]) = ([&[]; LANES], [&[]; LANES]);
+    for (lane, pair) in pairs[part * R::COUNT..(part + 1) * R::COUNT].iter().enumerate() {
+        a[lane] = pass.hot[(pair.a - pass.first) as usize].numbers();
+        b[lane] = pass.hot[(pair.b() - pass.first) as usize].numbers();
     }
-    let low = R::of_records(&rows, 0);
-    let high = if Hot::<S>::WIDTH > LANES { R::of_records(&rows, LANES) } else { low };
-    Side::of(|word| if word < LANES { low[word] } else { high[word - LANES] })
+    let own = 2 * S::DIMENSION;
+    let mut between = [R::splat(0.0); RECORD_WORDS_MAX];
+    let (mut words_a, mut words_b) = (between, between);
+    for quad in 0..S::DIMENSION - 1 {
+        let mut difference = [R::Quad::zero(); LANES];
+        let (mut own_a, mut own_b) = (difference, difference);
+        for lane in 0..R::COUNT {
+            let (a, b) = (a[lane], b[lane]);
+            difference[lane] = R::Quad::load(four(a, 2 * quad)) - R::Quad::load(four(b, 2 * quad));
+            own_a[lane] = R::Quad::load(four(a, own + 2 * quad));
+            own_b[lane] = R::Quad::load(four(b, own + 2 * quad));
+        }
+        between[2 * quad..2 * quad + 4].copy_from_slice(&R::of_quads(difference));
+        words_a[own + 2 * quad..own + 2 * quad + 4].copy_from_slice(&R::of_quads(own_a));
+        words_b[own + 2 * quad..own + 2 * quad + 4].copy_from_slice(&R::of_quads(own_b));
+    }
+    let between = [Words::of_words(&between), Words::of_words(&between[S::DIMENSION..])];
+    (between, [Side::of(&words_a), Side::of(&words_b)])
 }
 
 /// From `[word][lane]` to `[pair][word]`, eight words at a time; the last eight overlap those before where a row is no multiple of eight.
@@ -218,27 +234,17 @@ pub struct Side<S: Space, R: Real> {
 impl<S: Space, R: Real> Side<S, R> {
     /// From the words of a record, in the order of [`Hot`].
     #[inline(always)]
-    fn of(word: impl Fn(usize) -> R) -> Self {
-        let mut side = Self {
-            position: Words::zero(),
-            velocity: Words::zero(),
-            spin: Words::zero(),
-            radius: word(0),
-            weight: word(0),
-            mass: word(0),
-        };
-        for axis in 0..S::DIMENSION {
-            side.position.set_word(axis, word(axis));
-            side.velocity.set_word(axis, word(S::DIMENSION + axis));
+    fn of(words: &[R]) -> Self {
+        let spin = 2 * S::DIMENSION;
+        let behind = spin + <S::SpinOf<R> as Words<R>>::COUNT;
+        Self {
+            position: Words::of_words(words),
+            velocity: Words::of_words(&words[S::DIMENSION..]),
+            spin: Words::of_words(&words[spin..]),
+            radius: words[behind],
+            weight: words[behind + 1],
+            mass: words[behind + 2],
         }
-        let spin = <S::SpinOf<R> as Words<R>>::COUNT;
-        for axis in 0..spin {
-            side.spin.set_word(axis, word(2 * S::DIMENSION + axis));
-        }
-        side.radius = word(2 * S::DIMENSION + spin);
-        side.weight = word(2 * S::DIMENSION + spin + 1);
-        side.mass = word(2 * S::DIMENSION + spin + 2);
-        side
     }
 
     /// Mass that a contact accelerates, kg: without bounds where a body moves the grain.
@@ -252,7 +258,7 @@ impl<S: Space, P: Pack> Side<S, P> {
     /// Of eight records.
     #[inline(always)]
     pub fn of_record(record: &Lanes<P>) -> Self {
-        Self::of(|word| record.0[word])
+        Self::of(&record.0)
     }
 }
 
@@ -260,8 +266,7 @@ impl<S: Space> Side<S, f64> {
     /// Of a single record.
     #[inline(always)]
     pub fn scalar(hot: &Hot<S>) -> Self {
-        let words = hot.numbers();
-        Self::of(|word| words[word])
+        Self::of(hot.numbers())
     }
 }
 

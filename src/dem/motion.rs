@@ -163,13 +163,13 @@ impl<S: Space, K: Kick<S>, const DRIFTS: bool> Finish<S> for Moves<K, DRIFTS> {
     fn finish_eight<P: Pack>(
         &self,
         hot: &mut [Hot<S>; LANES],
-        (force, torque): (&[S::Vector; LANES], &[S::Spin; LANES]),
+        (force, torque): (S::VectorOf<P>, S::SpinOf<P>),
         (homes, springs): (&[S::Vector; LANES], &[PenaltySpring<S>]),
     ) -> P {
         let mut record = Lanes::<P>::zero();
         record.load(&std::array::from_fn(|lane| &hot[lane]), Hot::<S>::WIDTH);
         let mut grain = Side::<S, P>::of_record(&record);
-        self.kick.kick(&mut grain, (columns(force), columns(torque)), self.dt_kick);
+        self.kick.kick(&mut grain, (force, torque), self.dt_kick);
         if self.spring_share > 0.0 {
             let given: S::VectorOf<P> = columns(&std::array::from_fn::<_, LANES, _>(|lane| springs[lane].given));
             grain.velocity = grain.velocity + given * P::splat(self.spring_share);
@@ -323,7 +323,7 @@ mod tests {
         #[inline(always)]
         fn run<P: Pack>(self) -> [f64; LANES] {
             let Self(finish, hot, [force, homes], (torque, springs)) = self;
-            finish.finish_eight::<P>(hot, (force, torque), (homes, springs)).numbers()
+            finish.finish_eight::<P>(hot, (columns(force), columns(torque)), (homes, springs)).numbers()
         }
     }
 

@@ -101,8 +101,6 @@ pub struct Neighbours {
     /// The first terms of eight rows side by side, then their second ones, and so on until the last of them has no more; those of a row in the order of the
     /// partners' ids. Eight sums grow side by side so that none waits for its last addition. Empty after [`Self::drop_terms`].
     places: Vec<[Place; LANES]>,
-    /// Owned rows.
-    rows: usize,
     /// Whether all pairs are one part, in the order of the ids of both of their grains; rows stand in that order too and are all owned.
     /// Who adds the forces of pairs up in this order adds for each grain in that of its terms, and needs none of these.
     pub in_order: bool,
@@ -325,48 +323,38 @@ impl Neighbours {
     }
 
     fn list_terms<S: Space>(&mut self, grains: &Grains<S>) {
-        let pairs = &self.pairs;
-        assert!(pairs.len() <= PAIRS_MAX, "a rank holds at most {PAIRS_MAX} pairs of grains; use more ranks");
-        let mut starts = vec![0; grains.owned + 1];
-        for pair in real(pairs) {
-            for row in [pair.1.a, pair.1.b()] {
-                if (row as usize) < grains.owned {
-                    starts[row as usize + 1] += 1;
-                }
-            }
+        assert!(self.pairs.len() <= PAIRS_MAX, "a rank holds at most {PAIRS_MAX} pairs of grains; use more ranks");
+        let mut counts = vec![0; grains.owned];
+        for (row, _) in terms(&self.pairs, grains.owned) {
+            counts[row] += 1;
         }
-        for row in 0..grains.owned {
-            starts[row + 1] += starts[row];
-        }
-        let mut next = starts.clone();
-        let mut terms = vec![Term { pair: 0, is_b: false }; starts[grains.owned]];
-        for (index, pair) in real(pairs) {
-            for (row, is_b) in [(pair.a, false), (pair.b(), true)] {
-                if (row as usize) < grains.owned {
-                    terms[next[row as usize]] = Term { pair: index, is_b };
-                    next[row as usize] += 1;
-                }
-            }
-        }
-        self.rows = grains.owned;
         self.starts.clear();
         self.starts.push(0);
-        self.places.clear();
-        for eight in 0..grains.owned.div_ceil(LANES) {
-            let first = self.places.len();
-            for row in eight * LANES..((eight + 1) * LANES).min(grains.owned) {
-                let terms = &mut terms[starts[row]..starts[row + 1]];
-                terms.sort_unstable_by_key(|term| grains.cold[partner(&self.pairs, *term) as usize].id);
-                if self.places.len() - first < terms.len() {
-                    self.places.resize(first + terms.len(), [Place::NOTHING; LANES]);
-                }
-                for (number, term) in terms.iter().enumerate() {
-                    self.places[first + number][row % LANES] = self.place(row, *term);
-                }
-            }
-            self.starts.push(self.places.len() as u32);
+        let mut end = 0;
+        for eight in counts.chunks(LANES) {
+            end += eight.iter().max().copied().unwrap_or(0);
+            self.starts.push(end);
         }
-        self.places.shrink_to_fit();
+        self.places.clear();
+        self.places.shrink_to(end as usize);
+        self.places.reserve_exact(end as usize);
+        self.places.resize(end as usize, [Place::NOTHING; LANES]);
+        counts.fill(0);
+        for (row, term) in terms(&self.pairs, grains.owned) {
+            let at = self.starts[row / LANES] + counts[row];
+            self.places[at as usize][row % LANES] = self.place(row, term);
+            counts[row] += 1;
+        }
+        let mut sorted = Vec::new();
+        for row in 0..grains.owned {
+            let id = |term: Term| grains.cold[self.partner(term) as usize].id;
+            sorted.extend(self.terms_of(row).map(|term| (id(term), self.place(row, term))));
+            sorted.sort_unstable_by_key(|(id, _)| *id);
+            let first = self.starts[row / LANES] as usize;
+            for (places, (_, place)) in self.places[first..].iter_mut().zip(sorted.drain(..)) {
+                places[row % LANES] = place;
+            }
+        }
     }
 
     /// Pairs before the segment of a row.
@@ -381,9 +369,8 @@ impl Neighbours {
         }
     }
 
-    /// Terms of an owned row, in the order of the partners' ids.
+    /// Terms of an owned row, in the order of the partners' ids; a row behind the last owned one, but in its eight, has none.
     pub fn terms_of(&self, row: usize) -> impl Iterator<Item = Term> {
-        debug_assert!(row < self.rows);
         let places = self.places_of_eight(row / LANES).iter().map(move |places| places[row % LANES]);
         let (within, before) = (self.within(), self.before(row));
         places.take_while(|place| *place != Place::NOTHING).map(move |place| Term {
@@ -440,6 +427,14 @@ fn fill(pairs: &mut Vec<Pair>) {
 fn real(pairs: &[Pair]) -> impl Iterator<Item = (usize, &Pair)> {
     let first = |index: usize| index == 0 || pairs[index - 1] != pairs[index];
     pairs.iter().enumerate().filter(move |(index, _)| first(*index))
+}
+
+/// Terms of owned rows in the order of the pairs.
+fn terms(pairs: &[Pair], owned: usize) -> impl Iterator<Item = (usize, Term)> {
+    let of = |(index, pair): (usize, &Pair)| {
+        [(pair.a, false), (pair.b(), true)].map(|(row, is_b)| (row as usize, Term { pair: index, is_b }))
+    };
+    real(pairs).flat_map(of).filter(move |(row, _)| *row < owned)
 }
 
 /// Pairs of an owned row: with owned rows once (from the lower id), with copies always.
@@ -555,5 +550,38 @@ mod tests {
         in_order.drop_terms();
         in_order.restore_terms(&grains);
         assert!((0..grains.owned).all(|row| in_order.terms_of(row).eq(met[row].iter().copied())));
+    }
+
+    /// In lists of several segments, whose rows count pairs from the first of their own, every pair is a term of both of its grains.
+    #[test]
+    fn terms_in_every_segment_are_those_of_its_pairs() {
+        let side = 60;
+        let mut grains = Grains::<Plane>::default();
+        for id in 0..side * side {
+            // Pairs along a column where one of the two is large, and across columns of large ones.
+            let place = <Plane as Space>::Vector::new((id / side) as f64, (id % side) as f64);
+            let radius = if id % 3 == 0 { 0.5 } else { 0.45 };
+            let row = GrainRow::<Plane>::resting(GrainId(id as u64), place, radius, 1.0, Mover::Free);
+            grains.hot.push(row.hot);
+            grains.cold.push(row.cold);
+        }
+        // A last eight with three rows, and copies behind.
+        grains.owned = side * side - 5;
+        let edges = <Plane as Space>::Vector::new(side as f64, side as f64);
+        let cell = Cell::<Plane>::cuboid(<Plane as Space>::Vector::new(0.0, 0.0), edges, [true, false, false]);
+        let mut neighbours = Neighbours::default();
+        neighbours.build(&grains, &cell, 0.07);
+        assert!(neighbours.segment_ends.len() > 3 && neighbours.within() < neighbours.pairs.len());
+        let mut met = vec![Vec::new(); grains.owned];
+        for (index, pair) in neighbours.real_pairs() {
+            let both = [(pair.a, pair.b(), false), (pair.b(), pair.a, true)];
+            for (row, partner, is_b) in both.into_iter().filter(|(row, _, _)| (*row as usize) < grains.owned) {
+                met[row as usize].push((partner, Term { pair: index, is_b }));
+            }
+        }
+        for (row, mut met) in met.into_iter().enumerate() {
+            met.sort_unstable_by_key(|(partner, _)| *partner);
+            assert!(neighbours.terms_of(row).eq(met.into_iter().map(|(_, term)| term)), "of row {row}");
+        }
     }
 }

@@ -4,12 +4,12 @@
 use std::time::Instant;
 
 use crate::base::ids::Row;
-use crate::base::lane::{Instructions, LANES, Pack, Packed};
+use crate::base::lane::{Instructions, LANES, Pack, Packed, Quad, four};
 use crate::base::parallel::larger;
-use crate::base::space::{Linear, Space};
+use crate::base::space::{Linear, Space, Words};
 use crate::dem::columns::Largest;
 use crate::dem::grains::{Cold, Grains, Hot, Mover, PenaltySpring};
-use crate::dem::kernel::{Pass, SIDE_WORDS_MAX, row_words, side_words};
+use crate::dem::kernel::{Pass, row_words};
 use crate::dem::law::Law;
 use crate::dem::neighbours::{Neighbours, Pair, Place, SEGMENT};
 
@@ -31,7 +31,7 @@ pub trait Finish<S: Space>: Sync {
     fn finish_eight<P: Pack>(
         &self,
         hot: &mut [Hot<S>; LANES],
-        given: (&[S::Vector; LANES], &[S::Spin; LANES]),
+        given: (S::VectorOf<P>, S::SpinOf<P>),
         beside: (&[S::Vector; LANES], &[PenaltySpring<S>]),
     ) -> P;
 }
@@ -49,7 +49,7 @@ impl<S: Space> Finish<S> for Wait {
     fn finish_eight<P: Pack>(
         &self,
         _: &mut [Hot<S>; LANES],
-        _: (&[S::Vector; LANES], &[S::Spin; LANES]),
+        _: (S::VectorOf<P>, S::SpinOf<P>),
         _: (&[S::Vector; LANES], &[PenaltySpring<S>]),
     ) -> P {
         P::splat(0.0)
@@ -258,12 +258,12 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
         let eights = hot.chunks_mut(LANES).zip(force.chunks_mut(LANES)).zip(torque.chunks_mut(LANES));
         for (eight, ((hot, force), torque)) in eights.enumerate() {
             let first = first + eight * LANES;
-            sum_eight(shared, first / LANES, forces, (force, torque));
+            let given = sum_eight::<S, F, P>(shared, first / LANES, forces, (&mut *force, &mut *torque));
             let homes = &resting.homes[first..first + hot.len()];
             let springs = resting.springs.get(first..first + hot.len()).unwrap_or_default();
-            match (hot.first_chunk_mut(), force.first_chunk(), torque.first_chunk(), homes.first_chunk()) {
-                (Some(hot), Some(force), Some(torque), Some(homes)) if resting.alike[first / LANES] => {
-                    farthest_of_eights.take(finish.finish_eight(hot, (force, torque), (homes, springs)));
+            match (hot.first_chunk_mut(), homes.first_chunk()) {
+                (Some(hot), Some(homes)) if resting.alike[first / LANES] => {
+                    farthest_of_eights.take(finish.finish_eight(hot, given, (homes, springs)));
                 }
                 _ => {
                     for (offset, hot) in hot.iter_mut().enumerate().filter(|(offset, _)| !resting.waits[first + offset])
@@ -278,48 +278,87 @@ impl<S: Space, F: Finish<S>> Packed for SumAndFinish<'_, '_, S, F> {
     }
 }
 
-/// Sums of eight rows side by side, or of as many as there are. `forces` are those of the segment's pairs.
+/// Sums of eight rows side by side, or of as many as there are, which are zero where there is no row. `forces` are those of the segment's pairs.
 #[inline(always)]
-fn sum_eight<S: Space, F>(
+fn sum_eight<S: Space, F, P: Pack>(
     shared: &Shared<S, F>,
     eight: usize,
     forces: &[f64],
-    (force, torque): (&mut [S::Vector], &mut [S::Spin]),
-) {
-    // Nothing is a side of zeros, for a sum that begins with zero is what it was after it.
-    let mut parts: [&[f64]; Place::PARTS] = [&[0.0; SIDE_WORDS_MAX]; Place::PARTS];
-    (parts[Place::WITHIN], parts[Place::APART]) = (forces, shared.outer);
+    sums: (&mut [S::Vector], &mut [S::Spin]),
+) -> (S::VectorOf<P>, S::SpinOf<P>) {
     let places = shared.neighbours.places_of_eight(eight);
-    // As many side by side as registers hold.
-    if S::DIMENSION == 2 {
-        sum_some::<S, LANES>(&parts, places, 0, (force, torque));
-    } else {
-        sum_some::<S, { LANES / 2 }>(&parts, places, 0, (force, torque));
-        sum_some::<S, { LANES / 2 }>(&parts, places, LANES / 2, (force, torque));
+    // Words of a side, the quads that hold them, each two words after the last, and as many rows side by side as registers hold.
+    match S::DIMENSION {
+        2 => sum_quads::<S, P, 4, 1, LANES>([forces, shared.outer], places, sums),
+        _ => sum_quads::<S, P, 6, 2, { LANES / 2 }>([forces, shared.outer], places, sums),
     }
 }
 
-/// The same of `N` of them from row `first` on.
+/// The same, with sides of `WIDTH` words in `QUADS` quads, `N` rows at a time.
 #[inline(always)]
-fn sum_some<S: Space, const N: usize>(
-    parts: &[&[f64]; Place::PARTS],
+fn sum_quads<S: Space, P: Pack, const WIDTH: usize, const QUADS: usize, const N: usize>(
+    [within, apart]: [&[f64]; 2],
     places: &[[Place; LANES]],
-    first: usize,
     (force, torque): (&mut [S::Vector], &mut [S::Spin]),
-) {
-    let words = side_words::<S>();
-    let mut sums = [[0.0; SIDE_WORDS_MAX]; N];
-    for places in places {
-        for (sum, place) in sums.iter_mut().zip(&places[first..first + N]) {
-            let side = place.side() * words;
-            for (sum, given) in sum.iter_mut().zip(&parts[place.part()][side..side + words]) {
-                *sum += given;
+) -> (S::VectorOf<P>, S::SpinOf<P>) {
+    // Nothing is a side of zeros, for a sum that begins with zero is what it was after it.
+    let mut parts: [&[[f64; WIDTH]]; Place::PARTS] = [&[[0.0; WIDTH]]; Place::PARTS];
+    (parts[Place::WITHIN], parts[Place::APART]) = (within.as_chunks().0, apart.as_chunks().0);
+    let mut sums = [[P::Quad::zero(); LANES]; QUADS];
+    for first in (0..LANES).step_by(N) {
+        let mut some = [[P::Quad::zero(); N]; QUADS];
+        for places in places {
+            for row in 0..N {
+                let place = places[first + row];
+                let side = &parts[place.part()][place.side()];
+                for (quad, some) in some.iter_mut().enumerate() {
+                    some[row] = some[row] + P::Quad::load(four(side, 2 * quad));
+                }
+            }
+        }
+        for (sums, some) in sums.iter_mut().zip(&some) {
+            sums[first..first + N].copy_from_slice(some);
+        }
+    }
+    // A shorter last eight is stored whole and copied: sums whose number is not known here would have to lie in memory.
+    match (force.first_chunk_mut::<LANES>(), torque.first_chunk_mut::<LANES>()) {
+        (Some(force), Some(torque)) => store::<S, P, QUADS>(&sums, (force, torque)),
+        _ => {
+            let (mut whole, mut turns) = ([S::Vector::zero(); LANES], [S::Spin::zero(); LANES]);
+            store::<S, P, QUADS>(&sums, (&mut whole, &mut turns));
+            force.copy_from_slice(&whole[..force.len()]);
+            torque.copy_from_slice(&turns[..torque.len()]);
+        }
+    }
+    let (mut force, mut torque) = (S::VectorOf::<P>::zero(), S::SpinOf::<P>::zero());
+    for (quad, sums) in sums.iter().enumerate() {
+        for (word, lanes) in P::of_quads(*sums).into_iter().enumerate() {
+            match (2 * quad + word).checked_sub(S::DIMENSION) {
+                None => force.set_word(2 * quad + word, lanes),
+                Some(axis) if axis < S::Spin::COMPONENTS => torque.set_word(axis, lanes),
+                Some(_) => (),
             }
         }
     }
-    for ((force, torque), sum) in force.iter_mut().zip(torque).skip(first).zip(&sums) {
-        (0..S::DIMENSION).for_each(|axis| force[axis] = sum[axis]);
-        (0..S::Spin::COMPONENTS).for_each(|axis| torque[axis] = sum[S::DIMENSION + axis]);
+    (force, torque)
+}
+
+/// Sums to their rows.
+#[inline(always)]
+fn store<S: Space, P: Pack, const QUADS: usize>(
+    sums: &[[P::Quad; LANES]; QUADS],
+    (force, torque): (&mut [S::Vector; LANES], &mut [S::Spin; LANES]),
+) {
+    for row in 0..LANES {
+        for (quad, sums) in sums.iter().enumerate() {
+            for (word, number) in sums[row].words().into_iter().enumerate() {
+                match (2 * quad + word).checked_sub(S::DIMENSION) {
+                    None => force[row][2 * quad + word] = number,
+                    Some(axis) if axis < S::Spin::COMPONENTS => torque[row][axis] = number,
+                    Some(_) => (),
+                }
+            }
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use wide::f64x2;
 
-use super::{Kernel, LANES, Pack, Part, Real, eight_mut, whole_part};
+use super::{Kernel, LANES, Pack, Part, Quad, Real, eight_mut, whole_part};
 
 /// Four pairs by name: as an array they would be held in memory.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,40 @@ impl Neg for Eight {
     #[inline(always)]
     fn neg(self) -> Self {
         self.map(|a| a ^ f64x2::splat(-0.0))
+    }
+}
+
+/// Four words in two pairs.
+#[derive(Clone, Copy, Debug)]
+pub struct Pairs(f64x2, f64x2);
+
+macro_rules! operator_of_pairs {
+    ($trait:ident, $method:ident) => {
+        impl $trait for Pairs {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self($trait::$method(self.0, other.0), $trait::$method(self.1, other.1))
+            }
+        }
+    };
+}
+operator_of_pairs!(Add, add);
+operator_of_pairs!(Sub, sub);
+
+impl Quad for Pairs {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self(f64x2::splat(0.0), f64x2::splat(0.0))
+    }
+    #[inline(always)]
+    fn load(&[a, b, c, d]: &[f64; 4]) -> Self {
+        Self(f64x2::new([a, b]), f64x2::new([c, d]))
+    }
+    #[inline(always)]
+    fn words(self) -> [f64; 4] {
+        let ([a, b], [c, d]) = (self.0.to_array(), self.1.to_array());
+        [a, b, c, d]
     }
 }
 
@@ -131,7 +165,23 @@ impl Real for Eight {
     }
 }
 
-whole_part!(Eight);
+whole_part!(
+    Eight,
+    Pairs,
+    /// Eight transpositions of 2 by 2.
+    #[inline(always)]
+    fn of_quads([r0, r1, r2, r3, r4, r5, r6, r7]: [Pairs; LANES]) -> [Self; 4] {
+        macro_rules! words {
+            ($pair:tt) => {{
+                let ([a, b], [c, d]) = (f64x2::transpose([r0.$pair, r1.$pair]), f64x2::transpose([r2.$pair, r3.$pair]));
+                let ([e, f], [g, h]) = (f64x2::transpose([r4.$pair, r5.$pair]), f64x2::transpose([r6.$pair, r7.$pair]));
+                [Self(a, c, e, g), Self(b, d, f, h)]
+            }};
+        }
+        let ([w0, w1], [w2, w3]) = (words!(0), words!(1));
+        [w0, w1, w2, w3]
+    }
+);
 
 impl Pack for Eight {
     type Part = Self;

@@ -104,13 +104,16 @@ pub trait Real:
 /// As many numbers of a pack as one register holds. What has more numbers at work than there are registers is evaluated part by part, so that none
 /// of them has to wait in memory.
 pub trait Part: Real {
+    /// Four words of a record, in registers that the kernel of these has.
+    type Quad: Quad;
+
     /// Of eight numbers those of a part.
     fn load_part(from: &[f64; LANES], part: usize) -> Self;
     /// The reverse.
     fn store_part(self, to: &mut [f64; LANES], part: usize);
-    /// Eight words of as many records as there are lanes, the first of these, word by word: result `w` holds word `first + w` of each.
-    fn of_records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES];
-    /// The reverse: word `w` of record `i` goes to number `i * width + w`.
+    /// Four words of as many records as there are lanes, the first of these, word by word: result `w` holds word `w` of each.
+    fn of_quads(records: [Self::Quad; LANES]) -> [Self; 4];
+    /// Eight words of each, word by word, to the records: word `w` of record `i` goes to number `i * width + w`.
     fn to_records(words: [Self; LANES], records: &mut [f64], width: usize);
 
     /// Of a table's numbers those at the places of a part among eight, which count modulo its length.
@@ -122,8 +125,11 @@ pub trait Part: Real {
 
 /// A pack is its own only part.
 macro_rules! whole_part {
-    ($pack:ty $(, $picked:item)?) => {
+    ($pack:ty, $quad:ty, $of_quads:item $(, $picked:item)?) => {
         impl Part for $pack {
+            type Quad = $quad;
+
+            $of_quads
             #[inline(always)]
             fn load_part(from: &[f64; LANES], _: usize) -> Self {
                 Self::load(from)
@@ -131,10 +137,6 @@ macro_rules! whole_part {
             #[inline(always)]
             fn store_part(self, to: &mut [f64; LANES], _: usize) {
                 self.store(to);
-            }
-            #[inline(always)]
-            fn of_records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
-                Self::records(rows, first)
             }
             #[inline(always)]
             fn to_records(words: [Self; LANES], records: &mut [f64], width: usize) {
@@ -147,6 +149,16 @@ macro_rules! whole_part {
     };
 }
 use whole_part;
+
+/// Four words of one record side by side, for what is done with records that lie here and there before their words are put lane by lane.
+pub trait Quad: Copy + Add<Output = Self> + Sub<Output = Self> {
+    /// Zero in each.
+    fn zero() -> Self;
+    /// As they lie there.
+    fn load(from: &[f64; 4]) -> Self;
+    /// The reverse.
+    fn words(self) -> [f64; 4];
+}
 
 /// Eight numbers in step that can be brought from memory and back.
 pub trait Pack: Real<Numbers = [f64; LANES]> + Part {
@@ -189,7 +201,13 @@ pub fn eight(record: &[f64], first: usize) -> &[f64; LANES] {
     record[first..].first_chunk().expect("a record has the words that it is asked for")
 }
 
-/// The same, to be changed.
+/// Four words of a record from `first` on.
+#[inline(always)]
+pub fn four(record: &[f64], first: usize) -> &[f64; 4] {
+    record[first..].first_chunk().expect("a record has the words that it is asked for")
+}
+
+/// The same as [`eight`], to be changed.
 #[inline(always)]
 pub fn eight_mut(record: &mut [f64], first: usize) -> &mut [f64; LANES] {
     record[first..].first_chunk_mut().expect("a record has the words that it is asked for")
@@ -380,9 +398,13 @@ mod tests {
 
     struct AsOneByOne;
 
-    fn bits(numbers: [f64; LANES]) -> [u64; LANES] {
+    fn bits_of(number: f64) -> u64 {
         // What is no number may have any sign.
-        numbers.map(|number| if number.is_nan() { u64::MAX } else { number.to_bits() })
+        if number.is_nan() { u64::MAX } else { number.to_bits() }
+    }
+
+    fn bits(numbers: [f64; LANES]) -> [u64; LANES] {
+        numbers.map(bits_of)
     }
 
     impl Packed for AsOneByOne {
@@ -418,6 +440,22 @@ mod tests {
             for (word, column) in P::transposed(rows).into_iter().enumerate() {
                 assert_eq!(column.numbers(), std::array::from_fn(|row| (8 * row + word) as f64));
             }
+            let four = |first: usize| -> [f64; 4] { std::array::from_fn(|word| ODD[(first + word) % ODD.len()]) };
+            for (first, second) in (0..ODD.len()).flat_map(|first| (0..ODD.len()).map(move |second| (first, second))) {
+                let sum = P::Quad::load(&four(first)) + P::Quad::load(&four(second));
+                let difference = P::Quad::load(&four(first)) - P::Quad::load(&four(second));
+                for word in 0..4 {
+                    let (a, b) = (four(first)[word], four(second)[word]);
+                    assert_eq!(bits_of(sum.words()[word]), bits_of(a + b));
+                    assert_eq!(bits_of(difference.words()[word]), bits_of(a - b));
+                }
+            }
+            assert_eq!(P::Quad::zero().words().map(f64::to_bits), [0; 4]);
+            let records: [P::Quad; LANES] =
+                std::array::from_fn(|record| P::Quad::load(&std::array::from_fn(|word| (4 * record + word) as f64)));
+            for (word, column) in P::of_quads(records).into_iter().enumerate() {
+                assert_eq!(column.numbers(), std::array::from_fn(|record| (4 * record + word) as f64));
+            }
         }
     }
 
@@ -433,9 +471,13 @@ mod tests {
         let (mut numbers, mut written) = ([0.0; LANES], [0.0; LANES * WIDTH]);
         for part in 0..LANES / R::COUNT {
             let first = part * R::COUNT;
-            let mut rows: [&[f64]; LANES] = [&[]; LANES];
-            rows.iter_mut().zip(&records[first..first + R::COUNT]).for_each(|(row, record)| *row = record);
-            let words = R::of_records(&rows, 3);
+            let mut words = [R::splat(0.0); LANES];
+            for quad in [0, 4] {
+                let mut quads = [R::Quad::zero(); LANES];
+                let these = quads.iter_mut().zip(&records[first..first + R::COUNT]);
+                these.for_each(|(loaded, record)| *loaded = R::Quad::load(four(record, 3 + quad)));
+                words[quad..quad + 4].copy_from_slice(&R::of_quads(quads));
+            }
             for (word, column) in words.iter().enumerate() {
                 let wanted: Vec<f64> = records[first..first + R::COUNT].iter().map(|record| record[3 + word]).collect();
                 assert_eq!(column.numbers().as_ref(), wanted);

@@ -1,4 +1,5 @@
-//! Eight numbers in the vector registers of x86-64: one of 512 bits, or two of 256, each of which is also a part by itself.
+//! Eight numbers in the vector registers of x86-64: one of 512 bits, or two of 256, each of which is also a part by itself. Four words of a record are one of 256
+//! bits with either: who has AVX-512 has AVX2.
 //!
 //! The methods are inlined into functions that enable the instructions ([`Pack::enter`]), which are entered by
 //! [`super::Instructions::run`] alone, so the processor has what they need.
@@ -6,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Kernel, LANES, Pack, Part, Real, Table, eight, eight_mut, whole_part};
+use super::{Kernel, LANES, Pack, Part, Quad, Real, Table, eight_mut, whole_part};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512d);
@@ -164,6 +165,12 @@ fn in_avx512<K: Kernel<Avx512>>(kernel: K) -> K::Outcome {
 
 whole_part!(
     Avx512,
+    Four,
+    #[inline(always)]
+    fn of_quads([r0, r1, r2, r3, r4, r5, r6, r7]: [Four; LANES]) -> [Self; 4] {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
+        unsafe { squares([beside(r0, r4), beside(r1, r5), beside(r2, r6), beside(r3, r7)]) }
+    },
     #[inline(always)]
     fn picked(table: &Table, places: &[u64; LANES], _: usize) -> Self {
         // SAFETY: the enclosing kernel has AVX-512 F and DQ.
@@ -214,6 +221,31 @@ impl Pack for Avx512 {
             let [w1, w3, w5, w7] = quarters(high);
             [w0, w1, w2, w3, w4, w5, w6, w7]
         }
+    }
+}
+
+/// Two registers as one.
+#[inline(always)]
+unsafe fn beside(low: Four, high: Four) -> __m512d {
+    // SAFETY: the caller has AVX-512 F and DQ.
+    unsafe { _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low.0), high.0) }
+}
+
+/// Four rows and the four after them side by side, each four by itself rows for columns.
+#[inline(always)]
+unsafe fn squares([r0, r1, r2, r3]: [__m512d; 4]) -> [Avx512; 4] {
+    // SAFETY: the caller has AVX-512 F and DQ.
+    unsafe {
+        let (low, high) = (_mm512_unpacklo_pd(r0, r1), _mm512_unpackhi_pd(r0, r1));
+        let (low_behind, high_behind) = (_mm512_unpacklo_pd(r2, r3), _mm512_unpackhi_pd(r2, r3));
+        let first = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+        let second = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+        [
+            Avx512(_mm512_permutex2var_pd(low, first, low_behind)),
+            Avx512(_mm512_permutex2var_pd(high, first, high_behind)),
+            Avx512(_mm512_permutex2var_pd(low, second, low_behind)),
+            Avx512(_mm512_permutex2var_pd(high, second, high_behind)),
+        ]
     }
 }
 
@@ -329,6 +361,12 @@ impl Real for Four {
 }
 
 impl Part for Four {
+    type Quad = Self;
+
+    #[inline(always)]
+    fn of_quads([r0, r1, r2, r3, ..]: [Self; LANES]) -> [Self; 4] {
+        square([r0, r1, r2, r3])
+    }
     #[inline(always)]
     fn load_part(from: &[f64; LANES], part: usize) -> Self {
         let (halves, _) = from.as_chunks();
@@ -340,14 +378,6 @@ impl Part for Four {
         halves[part] = self.numbers();
     }
     #[inline(always)]
-    fn of_records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
-        let mut halves = [[Self::splat(0.0); 2]; 4];
-        for (halves, row) in halves.iter_mut().zip(rows) {
-            *halves = [Self::load_part(eight(row, first), 0), Self::load_part(eight(row, first), 1)];
-        }
-        columns(halves)
-    }
-    #[inline(always)]
     fn to_records(words: [Self; LANES], records: &mut [f64], width: usize) {
         let [w0, w1, w2, w3, w4, w5, w6, w7] = words;
         for (part, words) in [[w0, w1, w2, w3], [w4, w5, w6, w7]].into_iter().enumerate() {
@@ -355,6 +385,21 @@ impl Part for Four {
                 numbers.store_part(eight_mut(records, record * width), part);
             }
         }
+    }
+}
+
+impl Quad for Four {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+    #[inline(always)]
+    fn load(from: &[f64; 4]) -> Self {
+        Self::of_numbers(from)
+    }
+    #[inline(always)]
+    fn words(self) -> [f64; 4] {
+        self.numbers()
     }
 }
 
@@ -424,7 +469,15 @@ fn in_avx2<K: Kernel<Avx2>>(kernel: K) -> K::Outcome {
     kernel.run()
 }
 
-whole_part!(Avx2);
+whole_part!(
+    Avx2,
+    Four,
+    #[inline(always)]
+    fn of_quads([r0, r1, r2, r3, r4, r5, r6, r7]: [Four; LANES]) -> [Self; 4] {
+        let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (square([r0, r1, r2, r3]), square([r4, r5, r6, r7]));
+        [Self(a0, b0), Self(a1, b1), Self(a2, b2), Self(a3, b3)]
+    }
+);
 
 impl Pack for Avx2 {
     type Part = Four;
