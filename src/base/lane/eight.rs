@@ -10,6 +10,10 @@ use super::{Kernel, LANES, Pack, Part, Quad, Real, eight_mut, whole_part};
 #[derive(Clone, Copy, Debug)]
 pub struct Eight(f64x2, f64x2, f64x2, f64x2);
 
+/// Four words of a record.
+#[derive(Clone, Copy, Debug)]
+pub struct Pairs(f64x2, f64x2);
+
 impl Eight {
     #[inline(always)]
     fn map(self, f: impl Fn(f64x2) -> f64x2) -> Self {
@@ -30,6 +34,13 @@ macro_rules! operator {
                 self.zip(other, |a, b| $trait::$method(a, b))
             }
         }
+        impl $trait for Pairs {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self($trait::$method(self.0, other.0), $trait::$method(self.1, other.1))
+            }
+        }
     };
 }
 operator!(Add, add);
@@ -44,24 +55,6 @@ impl Neg for Eight {
         self.map(|a| a ^ f64x2::splat(-0.0))
     }
 }
-
-/// Four words in two pairs.
-#[derive(Clone, Copy, Debug)]
-pub struct Pairs(f64x2, f64x2);
-
-macro_rules! operator_of_pairs {
-    ($trait:ident, $method:ident) => {
-        impl $trait for Pairs {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self($trait::$method(self.0, other.0), $trait::$method(self.1, other.1))
-            }
-        }
-    };
-}
-operator_of_pairs!(Add, add);
-operator_of_pairs!(Sub, sub);
 
 impl Quad for Pairs {
     #[inline(always)]
