@@ -2,5 +2,6 @@
 
 mod cells;
 pub mod enrichment;
+pub mod flow;
 pub mod shear;
 pub mod watch;

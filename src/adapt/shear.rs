@@ -1,34 +1,21 @@
-//! What share of all shear goes on inside zones: what a hybrid tells about itself. Grains that stand still while the continuum shears
+//! How much of the shear goes on inside zones: what a hybrid tells about itself. Grains that stand still while the continuum shears
 //! around them bear nothing of the band, whatever their stress is.
 
 use std::collections::BTreeMap;
 
-use super::cells::{around, everywhere};
+use super::cells::around;
 use super::enrichment::cell_grid;
+use super::flow::{Flow, flows};
 use crate::base::error::Error;
-use crate::base::space::{Linear, Plane, Space};
+use crate::base::space::Space;
 use crate::couple::patch::Patch;
-use crate::dem::grains::Mover;
+use crate::couple::rest::{Look, RestWatch};
 use crate::domain::world::World;
-use crate::numbers;
-
-type Vector = <Plane as Space>::Vector;
-
-/// What moves in a cell, grains and points alike, by their weights.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C)]
-struct Flow {
-    patch: Patch,
-    /// Mass of its grains and of points that share their place with some, kg.
-    inside: f64,
-}
-
-numbers!(impl[] Flow[] { patch: Patch, inside: f64 });
 
 /// Rate of shear (the difference of the principal rates of strain) at the instant, summed by mass: the share of it that is inside zones. In each cell it is that of the
 /// linear velocity which fits best what moves in the cell and around it. Of the plane alone; 0 where nothing shears. Collective.
 pub fn share_inside_zones<S: Space>(world: &World<S>) -> Result<f64, Error> {
-    let (grid, flows) = (cell_grid(world), gathered(world)?);
+    let (grid, flows) = (cell_grid(world), flows(world)?);
     let patches: BTreeMap<u64, Patch> = flows.iter().map(|(cell, flow)| (*cell, flow.patch)).collect();
     let [mut inside, mut all] = [0.0; 2];
     for (cell, flow) in &flows {
@@ -41,25 +28,41 @@ pub fn share_inside_zones<S: Space>(world: &World<S>) -> Result<f64, Error> {
     Ok(if all > 0.0 { inside / all } else { 0.0 })
 }
 
-/// Those of all cells, each about its own centre, on every rank; added up in the order of rows. Collective.
-fn gathered<S: Space>(world: &World<S>) -> Result<BTreeMap<u64, Flow>, Error> {
-    let grid = cell_grid(world);
-    let mut mine: BTreeMap<u64, Flow> = BTreeMap::new();
-    let mut add = |cell: Option<usize>, (mass, is_inside): (f64, bool), place: &S::Vector, velocity: &S::Vector| {
-        let Some(cell) = cell else { return };
-        let [place, velocity] = [place, velocity].map(|vector| Vector::new(vector[0], vector[1]));
-        let flow = mine.entry(cell as u64).or_default();
-        flow.patch.add_grain((mass, 0.0), &(place - grid.centre(cell)), &velocity, &Vector::zero());
-        flow.inside += if is_inside { mass } else { 0.0 };
+/// A cell must hold this share of what others hold to tell how it shears. A few grains that have strayed from the rim of a zone into the continuum, or from a heap, move as they
+/// like: by them all others would seem to rest.
+const FILLED_TELLING: f64 = 0.5;
+
+/// Takes in how all cells have sheared for `time`, s, until now, and tells what moves in them: grains by their velocities, points by how they flow, for velocities of points are of
+/// an instant in which continuum rings. Collective.
+pub fn look_for_rest<S: Space>(
+    world: &World<S>,
+    watch: &mut RestWatch,
+    time: f64,
+) -> Result<BTreeMap<u64, Flow>, Error> {
+    let (grid, flows) = (cell_grid(world), flows(world)?);
+    // What a cell holds that the mean grain or point is in.
+    let sum = |power: i32| flows.values().map(|flow| flow.patch.mass.powi(power)).sum::<f64>();
+    let least = FILLED_TELLING * sum(2) / sum(1);
+    // Of the cell alone: with those around it every band would be wider by two cells.
+    let rate = |patch: &Patch| {
+        let rate = patch.velocity(grid.cell).gradient;
+        [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])]
     };
-    let grains = &world.assembly.grains;
-    for (hot, cold) in grains.hot[..grains.owned].iter().zip(&grains.cold).filter(|(_, cold)| cold.mover == Mover::Free)
-    {
-        add(world.cell_of_grain(cold), (hot.weight * hot.mass, true), &hot.position, &hot.velocity);
+    let look = |(cell, flow): (&u64, &Flow)| {
+        let tells = flow.grains.mass >= least && flow.grains.is_spread(grid.cell);
+        Look { cell: *cell, rate: tells.then(|| rate(&flow.grains)), plastic: flow.plastic(least) }
+    };
+    watch.take(&flows.iter().map(look).collect::<Vec<Look>>(), time);
+    Ok(flows)
+}
+
+/// Of all shear since a watch began, the share that was where zones are now.
+pub fn watched_inside_zones(watch: &RestWatch, flows: &BTreeMap<u64, Flow>) -> f64 {
+    let [mut inside, mut all] = [0.0; 2];
+    for cell in &watch.cells {
+        let Some(flow) = flows.get(&cell.cell) else { continue };
+        inside += cell.shear() * flow.inside;
+        all += cell.shear() * flow.patch.mass;
     }
-    for (hot, cold) in world.continuum.points.hot.iter().zip(&world.continuum.points.cold) {
-        let mass = (hot.weight * hot.mass, hot.weight < 1.0);
-        add(world.cell_of_point(cold), mass, &hot.position, &hot.velocity);
-    }
-    everywhere(world.transport, &mine)
+    if all > 0.0 { inside / all } else { 0.0 }
 }

@@ -116,11 +116,20 @@ impl Patch {
         self.field(&self.displacement, cell)
     }
 
+    /// Whether what it is of lies in more than a line, by which it tells gradients; `cell` as above.
+    pub fn is_spread(&self, cell: f64) -> bool {
+        self.spread().determinant() >= DETERMINANT_LEAST * cell.powi(4)
+    }
+
+    /// Second moments of places per mass, about their mean, m2.
+    fn spread(&self) -> Tensor {
+        let centre = self.place / self.mass;
+        self.square / self.mass - centre * centre.transpose()
+    }
+
     fn field(&self, sums: &Sums, cell: f64) -> LinearField {
         let (centre, mean) = (self.place / self.mass, sums.value / self.mass);
-        let spread = self.square / self.mass - centre * centre.transpose();
-        let is_flat = spread.determinant() < DETERMINANT_LEAST * cell.powi(4);
-        let inverse = if is_flat { None } else { spread.try_inverse() };
+        let inverse = if self.is_spread(cell) { self.spread().try_inverse() } else { None };
         let covariance = sums.by_place / self.mass - mean * centre.transpose();
         let gradient = inverse.map_or_else(Tensor::zeros, |inverse| covariance * inverse);
         LinearField { centre, mean, gradient }

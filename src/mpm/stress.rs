@@ -27,6 +27,8 @@ pub trait StressModel<S: Space>: Debug + Send + Sync {
     fn stress(&self, memory: &S::PointMemory) -> S::Tensor;
     /// In the plane the Kirchhoff stress normal to it, Pa; 0 in space, and where a law has none.
     fn out_of_plane(&self, memory: &S::PointMemory) -> f64;
+    /// What has borne such a share of its strength has hardened by no less: [`MaterialLaw::harden`].
+    fn harden(&self, memory: &mut S::PointMemory, mobilised: f64);
     /// Per initial volume, J/m3.
     fn elastic_energy(&self, memory: &S::PointMemory) -> f64;
     /// Accumulated plastic strain.
@@ -64,6 +66,11 @@ impl<S: Space, L: MaterialLaw<S>> StressModel<S> for L {
         let memory = MaterialLaw::start(self, stress, fraction);
         words.numbers_mut()[..L::Memory::WIDTH].copy_from_slice(memory.numbers());
         words
+    }
+    fn harden(&self, memory: &mut S::PointMemory, mobilised: f64) {
+        let mut known = of_words::<S, L>(memory);
+        MaterialLaw::harden(self, &mut known, mobilised);
+        memory.numbers_mut()[..L::Memory::WIDTH].copy_from_slice(known.numbers());
     }
     fn stress(&self, memory: &S::PointMemory) -> S::Tensor {
         MaterialLaw::stress(self, &of_words::<S, L>(memory))

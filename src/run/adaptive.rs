@@ -6,7 +6,8 @@
 use serde_json::{Value, json};
 
 use crate::adapt::enrichment::{self, BeforeAndAfter, Enriched, Plan, Refusal};
-use crate::adapt::watch;
+use crate::adapt::flow::Flow;
+use crate::adapt::{shear, watch};
 use crate::base::error::Error;
 use crate::base::space::{Plane, Space};
 use crate::couple::oracle::Oracle;
@@ -39,7 +40,7 @@ pub struct Adaptive<'s> {
     pub depth: f64,
 }
 
-/// Looks of the oracle in one at what rests, for which all ranks hear of all cells of the zone.
+/// Looks of the oracle in one at what rests, for which all ranks hear of all cells and go through all contacts.
 const LOOKS_OF_ORACLE: u64 = 8;
 
 type PlanarCore<'t> = Core<'t, Plane>;
@@ -84,11 +85,11 @@ impl Adaptive<'_> {
         }
         let every = LOOKS_OF_ORACLE * oracle.every.max(core.world.settings.grain_steps);
         if dissolves && core.world.is_due(every) {
-            changed |= self.dissolve(core, every, strain)?;
+            changed |= self.judge(core, every, strain)?;
         }
         if changed {
             // Whoever has just come would seem to rest.
-            core.progress.rest = RestWatch::default();
+            core.progress.rest.begin();
         }
         Ok(())
     }
@@ -144,21 +145,40 @@ impl Adaptive<'_> {
         record_change(core, "zone_grew", (figures, &enriched.kept), strain)
     }
 
-    /// A look at what rests, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear
-    /// turn back into points.
-    fn dissolve(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<bool, Error> {
+    /// A look at what shears, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear turn back into points. While the busiest
+    /// cell is continuum, grains are judged by no band of theirs, and stay.
+    fn judge(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<bool, Error> {
         let timer = core.world.phases.start();
         let time = every as f64 * core.world.settings.grains.dt;
-        let of = (self.depth, core.progress.fraction_start, time);
-        enrichment::look_for_rest(&mut core.world, &mut core.progress.rest, of)?;
+        let flows = shear::look_for_rest(&core.world, &mut core.progress.rest, time)?;
+        let borne = enrichment::strength_mobilised(&mut core.world, self.depth, core.progress.fraction_start)?;
+        core.progress.rest.load(&borne);
         core.world.phases.stop(Phase::Oracle, timer);
         let life = self.enrichment.life;
         if core.progress.rest.most() < life.rest_strain {
             return Ok(false);
         }
-        let busy: Vec<u64> = std::mem::take(&mut core.progress.rest).busy(life.rest_share).collect();
+        let watch = core.progress.rest.clone();
+        core.progress.rest.begin();
+        let busy: Vec<u64> = watch.busy(life.rest_share).collect();
+        let is = |which: fn(&Flow) -> bool, cell: u64| flows.get(&cell).is_some_and(which);
+        let beyond = busy.iter().filter(|cell| !is(Flow::is_inside, **cell)).count();
+        tell_judgement(core, [busy.len(), beyond], shear::watched_inside_zones(&watch, &flows), strain)?;
+        match watch.busiest() {
+            Some(cell) if is(Flow::is_inside, cell) => self.dissolve(core, (&watch, &busy), strain),
+            _ => Ok(false),
+        }
+    }
+
+    /// Grains far from all that shear, `busy`, turn back into points; whether any have.
+    fn dissolve(
+        &self,
+        core: &mut PlanarCore,
+        judged: (&RestWatch, &[u64]),
+        strain: Option<f64>,
+    ) -> Result<bool, Error> {
         let how = (self.enrichment, self.depth, core.progress.fraction_start);
-        let Some(done) = enrichment::dissolve(&mut core.world, how, &core.progress.instants, &busy)? else {
+        let Some(done) = enrichment::dissolve(&mut core.world, how, &core.progress.instants, judged)? else {
             return Ok(false);
         };
         let step = core.world.step;
@@ -305,6 +325,22 @@ fn record_change(
         figures["strain"] = json!(strain);
     }
     core.on_root(|outputs| outputs.log(event, step, figures))
+}
+
+/// What a judgement went by: how many cells shear, how many of them are continuum, and the share of the shear since the last one that was inside zones.
+fn tell_judgement(
+    core: &mut PlanarCore,
+    [busy, beyond]: [usize; 2],
+    inside: f64,
+    strain: Option<f64>,
+) -> Result<(), Error> {
+    let mut figures =
+        json!({ "cells": busy, "cells_beyond": beyond, "shear_in_zones": inside, "time": core.world.time() });
+    if let Some(strain) = strain {
+        figures["strain"] = json!(strain);
+    }
+    let step = core.world.step;
+    core.on_root(|outputs| outputs.log("zone_judged", step, figures))
 }
 
 /// Cells at rest that stay grains.

@@ -123,6 +123,8 @@ impl Record for CellStrain {
         visitor.u64("cell", &mut self.cell);
         visitor.f64s("strain", &mut self.strain);
         visitor.u64("looks", &mut self.looks);
+        visitor.later_f64s("plastic", &mut self.plastic);
+        visitor.later_f64s("mobilised", std::slice::from_mut(&mut self.mobilised));
     }
 }
 

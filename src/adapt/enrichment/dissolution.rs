@@ -12,13 +12,14 @@ use scree_partition::ExactSum;
 
 use super::account::{Account, BeforeAndAfter};
 use super::leaving::Cells;
-use super::patches::patches;
+use super::patches::{Full, patches, with_full};
 use super::points::{Maker, first_free_id, part_at, places};
 use super::{PlanarPoint, Vector, cell_grid};
 use crate::adapt::cells::around;
 use crate::base::error::Error;
 use crate::base::space::{Plane, Space};
 use crate::couple::patch::Patch;
+use crate::couple::rest::RestWatch;
 use crate::couple::zone::{CellGrid, Enrichment};
 use crate::dem::grains::{Hot, Mover};
 use crate::mpm::track::Instants;
@@ -47,8 +48,6 @@ pub struct Dissolved {
 
 /// Cells beyond phi_0 and its rim in which grains stay all the same, so that a zone does not come and go.
 const CELLS_BEYOND: f64 = 1.0;
-/// Of what they would grains must fill this share of a cell for it to be full and have all of its points.
-const FILLED_CELL: f64 = 0.85;
 /// Points that would have to be that much heavier or lighter are not made.
 const FACTORS: [f64; 2] = [0.8, 1.25];
 
@@ -70,13 +69,13 @@ impl Fate {
     }
 }
 
-/// Turns grains far from all `busy` cells back into points; nothing where there are none. `depth` is that of the plane, m, `fraction`
+/// Turns grains far from all `busy` cells back into points, which have hardened by what `watch` knows to have been borne in their places; nothing where there are none. `depth` is that of the plane, m, `fraction`
 /// the packing's at the start. Collective.
 pub fn dissolve(
     world: &mut PlanarWorld,
     (settings, depth, fraction): (&Enrichment, f64, f64),
     instants: &Instants,
-    busy: &[u64],
+    (watch, busy): (&RestWatch, &[u64]),
 ) -> Result<Option<Dissolved>, Error> {
     let grid = cell_grid(world);
     let near = grid.near(busy, settings.distance + (0.5 + CELLS_BEYOND) * grid.cell);
@@ -86,8 +85,9 @@ pub fn dissolve(
     let parts = world.subdomain.layout.points_per_cell() as u64;
     let volume = (grid.cell / parts as f64).powi(2) * depth;
     let room = volume * (parts * parts) as f64;
+    let full = Full { room, fraction };
     // By the cells of the last rebuild: another one would change the bits of a run whose grains stay.
-    let before = with_full(patches(world, depth, true)?, room, fraction);
+    let before = with_full(patches(world, depth, true)?, full);
     let points = points_of_cells(world, near.len());
     let cells = Cells { grid: &grid, patches: &before, points: &points, parts, room, fraction };
     let (leaves, mobilised) = cells.leaving(&near, (&world.settings.material, settings.life.rest_strength));
@@ -96,11 +96,11 @@ pub fn dissolve(
     }
     let stays: Vec<bool> = leaves.into_iter().map(|leaves| !leaves).collect();
     world.rebuild()?;
-    let patches = with_full(patches(world, depth, true)?, room, fraction);
+    let patches = with_full(patches(world, depth, true)?, full);
     let (fates, sets) = fates(&grid, &patches, &stays);
     let ground = Ground { grid: &grid, patches: &patches, fates: &fates, parts, volume, fraction };
     let mut draft = Draft::of(world, &ground, settings, (sets, depth));
-    draft.make_points(world, &ground, settings, instants);
+    draft.make_points(world, &ground, settings, (instants, watch));
     let (mut done, changes) = draft.agree(world)?;
     done.mobilised = mobilised;
     if done.mass_factors.is_empty() {
@@ -113,14 +113,6 @@ pub fn dissolve(
     world.replace(grains, points)?;
     done.kept = account.close(world, "turning grains at rest back into points")?;
     Ok(Some(done))
-}
-
-/// Patches with the room of those whose cells, of `room`, m3, are full, and the grains in it.
-fn with_full(mut patches: BTreeMap<u64, Patch>, room: f64, fraction: f64) -> BTreeMap<u64, Patch> {
-    for patch in patches.values_mut().filter(|patch| patch.solid >= FILLED_CELL * fraction * room) {
-        (patch.room_full, patch.solid_full) = (room, patch.solid);
-    }
-    patches
 }
 
 /// How many points each of so many cells holds, on every rank. Collective.
@@ -188,7 +180,13 @@ impl Draft {
         draft
     }
 
-    fn make_points(&mut self, world: &PlanarWorld, ground: &Ground<'_>, settings: &Enrichment, instants: &Instants) {
+    fn make_points(
+        &mut self,
+        world: &PlanarWorld,
+        ground: &Ground<'_>,
+        settings: &Enrichment,
+        (instants, watch): (&Instants, &RestWatch),
+    ) {
         let Ground { grid, patches, fates, parts, volume, fraction } = *ground;
         let taken = self.points.iter().filter_map(|point| {
             let cell = world.cell_of_point(&point.cold)?;
@@ -201,6 +199,7 @@ impl Draft {
             let fate = fates[cell as usize];
             let Some(set) = fate.set() else { continue };
             let mut point = maker.point(world, (cell, part), &around(grid, patches, cell));
+            world.settings.material.harden(&mut point.hot.memory, watch.mobilised(cell));
             point.hot.weight = if matches!(fate, Fate::Rim(_)) { 1.0 - settings.weight } else { 1.0 };
             take_over(&mut self.sums[set], &point, point.hot.weight);
             self.sums[set].add(COUNT + 3, 1.0);
@@ -321,9 +320,10 @@ fn weight_left(world: &PlanarWorld, fates: &[Fate], settings: &Enrichment, grain
 /// Of all cells of the grid; and how many sets of them leave or become the rim of what stays.
 fn fates(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, stays: &[bool]) -> (Vec<Fate>, usize) {
     let has_grains = |cell: usize| patches.contains_key(&(cell as u64));
-    let is_core = |cell: usize| patches.get(&(cell as u64)).is_some_and(|patch| patch.core > 0.5 * patch.mass);
+    // A rim that whole grains have come to among others: with nothing beside them any more these would fly off, for nodes do not hold them.
+    let has_whole = |cell: usize| patches.get(&(cell as u64)).is_some_and(|patch| patch.core > 0.0);
     let leaves = |cell: usize| !stays[cell] && has_grains(cell);
-    let is_rim = |cell: usize| stays[cell] && is_core(cell) && grid.around(cell).any(|(beside, _)| leaves(beside));
+    let is_rim = |cell: usize| stays[cell] && has_whole(cell) && grid.around(cell).any(|(beside, _)| leaves(beside));
     // Points of the old rim may lie in a cell without grains, beside those that leave.
     let is_bare = |cell: usize| !stays[cell] && grid.around(cell).any(|(beside, _)| leaves(beside));
     let changes = |cell: &usize| leaves(*cell) || is_rim(*cell) || is_bare(*cell);
@@ -336,4 +336,30 @@ fn fates(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, stays: &[bool]) -> (Ve
         }
     }
     (fates, sets.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole grains that had come into a rim stayed whole as the cell beside it left, and flew off at 1.4 m/s: neither grains nor nodes held them.
+    #[test]
+    fn whole_grains_of_a_rim_share_their_place_once_there_is_continuum_beside() {
+        let grid = CellGrid { counts: [5, 1], cell: 1e-2, lower: [0.0; 2], periodic: false };
+        let of = |core: f64| {
+            let mut patch = Patch::default();
+            (patch.mass, patch.core) = (1.0, core);
+            patch
+        };
+        // Core, a rim with some whole grains, a pure rim, what leaves, and continuum.
+        let patches = BTreeMap::from([(0, of(1.0)), (1, of(0.3)), (2, of(0.0)), (3, of(0.0))]);
+        let fate = |stays: [bool; 5]| fates(&grid, &patches, &stays);
+        assert_eq!(
+            fate([true, true, false, false, false]),
+            (vec![Fate::Stays, Fate::Rim(0), Fate::Leaves(0), Fate::Leaves(0), Fate::Leaves(0)], 1)
+        );
+        // Where none is whole nothing changes.
+        let (fates, _) = fate([true, true, true, false, false]);
+        assert_eq!(fates[..3], [Fate::Stays; 3]);
+    }
 }

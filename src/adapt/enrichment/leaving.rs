@@ -8,12 +8,13 @@
 
 use std::collections::BTreeMap;
 
+use super::patches::mobilised;
 use crate::base::space::{Linear, Plane, Space};
 use crate::couple::patch::Patch;
 use crate::couple::zone::CellGrid;
 use crate::mpm::stress::SharedMaterial;
 
-type Tensor = <Plane as Space>::Tensor;
+type Vector = <Plane as Space>::Vector;
 
 /// Grains do not turn into continuum that is narrower than so many cells: a softening layer of a row or two between a zone and a plate takes the band from the zone.
 const CELLS_WIDE: usize = 3;
@@ -71,24 +72,22 @@ impl Cells<'_> {
         grains >= FILLED_WIDE || points >= FILLED_WIDE
     }
 
-    /// What a set of cells bears of the strength of a law, by its full cells outside the rim, which bears what its points bear already; none of a set without.
+    /// What a set of cells bears of the strength of a law, by its full cells outside the rim; none of a set without.
     fn mobilised(&self, set: &[usize], law: &SharedMaterial<Plane>) -> Option<f64> {
         let is_core = |patch: &&Patch| patch.room_full > 0.0 && patch.core > 0.5 * patch.mass;
-        let (mut moment, mut core, mut solid, mut room) = (Tensor::zero(), 0.0, 0.0, 0.0);
-        for patch in set.iter().filter_map(|cell| self.patch(*cell)).filter(is_core) {
-            moment += patch.moment;
-            core += patch.solid_core;
-            solid += patch.solid_full;
-            room += patch.room_full;
-        }
-        // Kirchhoff's stress: of the room that grains had at the start.
-        (core > 0.0).then(|| law.mobilised(&(moment * (self.fraction / core)), solid / room))
+        let mut sum = Patch::default();
+        set.iter()
+            .filter_map(|cell| self.patch(*cell))
+            .filter(is_core)
+            .for_each(|patch| sum.add(patch, &Vector::zero()));
+        mobilised(&sum, law, self.fraction)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    type Tensor = <Plane as Space>::Tensor;
     use crate::law::material::{ConstitutiveLaw, MobilisedConstants};
     use crate::mpm::stress::material_of;
 

@@ -31,7 +31,7 @@ mod training;
 pub use account::BeforeAndAfter;
 pub use dissolution::{Dissolved, dissolve};
 pub use motion::track;
-pub use patches::look_for_rest;
+pub use patches::strength_mobilised;
 
 use account::Account;
 use choose::{Sight, Stands, border, choose};

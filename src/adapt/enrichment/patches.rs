@@ -4,39 +4,50 @@ use std::collections::BTreeMap;
 
 use super::cell_grid;
 use super::motion::displacement;
-use crate::adapt::cells::everywhere;
+use crate::adapt::cells::{around, everywhere};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Plane, Space};
 use crate::couple::patch::Patch;
-use crate::couple::rest::{Look, RestWatch};
 use crate::dem::grains::Mover;
+use crate::mpm::stress::SharedMaterial;
 use crate::prepare::sheared::PlanarWorld;
 
 type Tensor = <Plane as Space>::Tensor;
 
-/// Of what they would grains must fill this share of a cell to tell how it shears. A few that have strayed from the rim of a zone into the continuum move as they like:
-/// by them all others would seem to rest.
-const FILLED_TELLING: f64 = 0.5;
+/// Of what they would grains must fill this share of a cell for it to be full and have all of its points.
+const FILLED_CELL: f64 = 0.85;
 
-/// Takes in how the grains have moved for `time`, s, until now; `fraction` is their solid volume fraction at the start. Collective.
-pub fn look_for_rest(
-    world: &mut PlanarWorld,
-    watch: &mut RestWatch,
-    (depth, fraction, time): (f64, f64, f64),
-) -> Result<(), Error> {
-    let (grid, mut patches) = (cell_grid(world), patches(world, depth, false)?);
-    let cells: Vec<u64> = patches.keys().copied().collect();
-    let least = FILLED_TELLING * fraction * grid.cell * grid.cell * depth;
-    patches.retain(|_, patch| patch.solid >= least);
-    // Of the cell alone: with those around it every band would be wider by two cells.
-    let rate = |patch: &Patch| {
-        let rate = patch.velocity(grid.cell).gradient;
-        [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])]
-    };
-    let look = |cell: u64| Look { cell, rate: patches.get(&cell).map(rate) };
-    let looks: Vec<Look> = cells.into_iter().map(look).collect();
-    watch.take(&looks, time);
-    Ok(())
+/// What there is in a full cell: its room, m3, and the solid volume fraction at the start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Full {
+    pub room: f64,
+    pub fraction: f64,
+}
+
+/// Of full cells outside the rim, which bears what its points bear already: the share of the strength of the law at their mean stress and solid volume fraction that they bear. Kirchhoff's stress is
+/// of the room that grains had at the start. None of a patch without.
+pub(super) fn mobilised(patch: &Patch, law: &SharedMaterial<Plane>, fraction: f64) -> Option<f64> {
+    let is_told = patch.solid_core > 0.0 && patch.room_full > 0.0;
+    is_told.then(|| law.mobilised(&(patch.moment * (fraction / patch.solid_core)), patch.solid_full / patch.room_full))
+}
+
+/// What grains bear of the strength of the law, each cell with those around it; cells without full ones of grains alone are left out. Collective.
+pub fn strength_mobilised(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<BTreeMap<u64, f64>, Error> {
+    let grid = cell_grid(world);
+    let full = Full { room: grid.cell * grid.cell * depth, fraction };
+    let mut patches = with_full(patches(world, depth, true)?, full);
+    patches.retain(|_, patch| patch.room_full > 0.0 && patch.core > 0.5 * patch.mass);
+    let law = &world.settings.material;
+    let of = |cell: &u64| Some((*cell, mobilised(&around(&grid, &patches, *cell), law, fraction)?));
+    Ok(patches.keys().filter_map(of).collect())
+}
+
+/// Patches with the room of those whose cells are full, and the grains in it.
+pub(super) fn with_full(mut patches: BTreeMap<u64, Patch>, full: Full) -> BTreeMap<u64, Patch> {
+    for patch in patches.values_mut().filter(|patch| patch.solid >= FILLED_CELL * full.fraction * full.room) {
+        (patch.room_full, patch.solid_full) = (full.room, patch.solid);
+    }
+    patches
 }
 
 /// Sums of all cells that hold grains, each about its own centre, on every rank; with the stress of their contacts if that is wanted. A

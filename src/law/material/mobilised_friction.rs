@@ -286,6 +286,13 @@ impl MobilisedFriction {
         R::splat(self.hardening_strain) * share
     }
 
+    /// g at the end of a first loading that has mobilised such a share of m_b.
+    fn hardening_of(&self, fraction: f64, mobilised: f64) -> f64 {
+        let mobilised = mobilised.min(MOBILISED_MOST);
+        let beyond = (mobilised - self.hardening_start).max(0.0);
+        self.hardening_strain_at(fraction) * beyond / (1.0 - mobilised)
+    }
+
     /// G after the plastic strain so far.
     #[inline(always)]
     fn shear_modulus_at<R: Real>(&self, plastic_strain: R) -> R {
@@ -499,9 +506,7 @@ impl<S: Space> MaterialLaw<S> for MobilisedFriction {
         let (pressure, stiffness) = (self.pressure(volume), 2.0 * self.shear_modulus);
         let most = self.peak::<S, f64>(fraction) * pressure;
         let (strain, hardening) = if pressure > 0.0 {
-            let mobilised = (stiffness * shear / most).min(MOBILISED_MOST);
-            let beyond = (mobilised - self.hardening_start).max(0.0);
-            let hardening = self.hardening_strain_at(fraction) * beyond / (1.0 - mobilised);
+            let hardening = self.hardening_of(fraction, stiffness * shear / most);
             let is_borne = stiffness * shear <= MOBILISED_MOST * most;
             let cut = Measures { volume, shear: MOBILISED_MOST * most / stiffness };
             (if is_borne { strain } else { parts.with(cut) }, hardening)
@@ -509,6 +514,11 @@ impl<S: Space> MaterialLaw<S> for MobilisedFriction {
             (parts.with(Measures { volume: self.attraction / self.bulk_modulus, shear: 0.0 }), 0.0)
         };
         MobilisedMemory { strain: (strain * 2.0).exponential(), fraction, plastic_strain: 0.0, gap: 0.0, hardening }
+    }
+
+    /// A cone that has gone so far out stays there while q/P does not fall below half of it.
+    fn harden(&self, memory: &mut MobilisedMemory<S>, mobilised: f64) {
+        memory.hardening = memory.hardening.max(self.hardening_of(memory.fraction, mobilised));
     }
 
     fn update_counted(

@@ -39,6 +39,9 @@ pub trait MaterialLaw<S: Space>: Debug + Send + Sync + 'static {
     /// fraction `fraction`; of a stress that the law does not bear, the one that it returns it to.
     fn start(&self, stress: &S::Tensor, fraction: f64) -> Self::Memory;
 
+    /// What has borne this share of its strength ([`Self::mobilised`]) before it bears what it does has hardened by no less.
+    fn harden(&self, _memory: &mut Self::Memory, _mobilised: f64) {}
+
     /// Carries the memory over one step with velocity gradient `gradient` (1/s) and returns the Kirchhoff stress, Pa,
     /// tension positive.
     fn update(&self, gradient: &S::Tensor, dt: f64, memory: &mut Self::Memory) -> S::Tensor {
