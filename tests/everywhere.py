@@ -15,6 +15,8 @@ from scipy import stats
 from figures import series
 
 WINDOW = 0.005
+# From here on bands are measured, and what share of the shear is inside the zone.
+BANDS_FROM = 0.178
 ENDS = (0.3, 0.57)
 EARLY = (0.01, 0.1)
 # m
@@ -50,6 +52,7 @@ class Packing:
         runs = json.load(open(path))["bands"]["runs"] if os.path.exists(path) else []
         bands = {run["run"].split()[0]: (run["height_m"], run["thickness_d50"]) for run in runs}
         self.bands = [bands.get(f"{kind}_{number}", (None, None)) for kind in ("hybrid", "dem")]
+        self.inside = judged(f"{folder}/hybrid_{number}/log.jsonl")
         have_points = numpy.flatnonzero(self.hybrid["points"] > 0)
         self.first_row = int(have_points[0]) if len(have_points) else None
         self.first = self.hybrid["strain"][self.first_row] if len(have_points) else None
@@ -78,6 +81,12 @@ class Packing:
             over = 100 / wanted[inside].mean()
             told += [over * difference[inside].mean(), over * (difference[inside] ** 2).mean() ** 0.5]
         return [*told, 100 * (volume(other, end) - volume(self.alone, end))]
+
+
+def judged(log):
+    """Shares of the shear inside the zone between two judgements, of all from BANDS_FROM on."""
+    events = [json.loads(line) for line in open(log)]
+    return [event["shear_in_zones"] for event in events if event["event"] == "zone_judged" and event["strain"] >= BANDS_FROM]
 
 
 def columns(run):
@@ -128,7 +137,7 @@ def held_to_grains_alone(packings, end):
         inside = packing.hybrid["strain"] <= end
         grains = packing.hybrid["grains"][inside]
         told = ", ".join(f"{name} {value:+.2f} %" for name, value in zip(MEASURES, off))
-        print(f"{packing.number}: {packing.bits()}, first points at {100 * packing.first:.2f} % of strain, {100 * equal:.0f} % of the span from 1 to 10 %, {grains[-1]:.0f} of {grains[0]:.0f} grains at the end: {told}{band(packing)}")
+        print(f"{packing.number}: {packing.bits()}, first points at {100 * packing.first:.2f} % of strain, {100 * equal:.0f} % of the span from 1 to 10 %, {grains[-1]:.0f} of {grains[0]:.0f} grains at the end: {told}{band(packing)}{inside(packing)}")
     for number, off in itself:
         print(f"{number} once more: {', '.join(f'{name} {value:+.2f} %' for name, value in zip(MEASURES, off))}")
     told = []
@@ -151,6 +160,11 @@ def band(packing):
         return ""
     told = f"; band at {1e3 * height:.0f} mm for {1e3 * wanted:.0f}"
     return told if thickness is None or wanted_thickness is None else f"{told}, {thickness:.1f} D50 for {wanted_thickness:.1f}"
+
+
+def inside(packing):
+    shares = 100 * numpy.array(packing.inside)
+    return f"; inside the zone {shares.mean():.1f} % of the shear by the mean of {len(shares)} judgements, {shares.min():.0f} at least" if len(shares) else ""
 
 
 def peaks(packings, end):

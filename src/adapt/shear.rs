@@ -1,4 +1,4 @@
-//! How much of the shear goes on inside zones: what a hybrid tells about itself. Grains that stand still while the continuum shears
+//! Where it shears: by it cells rest or not, and a hybrid tells how much of its shear goes on inside zones. Grains that stand still while the continuum shears
 //! around them bear nothing of the band, whatever their stress is.
 
 use std::collections::BTreeMap;
@@ -41,8 +41,8 @@ pub fn look_for_rest<S: Space>(
 ) -> Result<BTreeMap<u64, Flow>, Error> {
     let (grid, flows) = (cell_grid(world), flows(world)?);
     // What a cell holds that the mean grain or point is in.
-    let sum = |power: i32| flows.values().map(|flow| flow.patch.mass.powi(power)).sum::<f64>();
-    let least = FILLED_TELLING * sum(2) / sum(1);
+    let masses = || flows.values().map(|flow| flow.patch.mass);
+    let least = FILLED_TELLING * masses().map(|mass| mass * mass).sum::<f64>() / masses().sum::<f64>();
     // Of the cell alone: with those around it every band would be wider by two cells.
     let rate = |patch: &Patch| {
         let rate = patch.velocity(grid.cell).gradient;

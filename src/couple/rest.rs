@@ -4,6 +4,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
+use crate::law::material::RELOADING_SHARE;
+
 /// Strain of a cell since the watch began: xx, yy, xy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellStrain {
@@ -16,12 +18,9 @@ pub struct CellStrain {
     /// Looks at which it held anything, one after the other until now.
     pub looks: u64,
     /// The largest share of the strength of the law that its grains have borne since loading began: a share that falls below half of it begins another loading. Of the place, not
-    /// of the grains: those that rest stay where they are but for what all around them goes.
+    /// of the grains: those that are carried along leave it to those that follow.
     pub mobilised: f64,
 }
-
-/// The share of what has been borne that the stress must fall below for another loading to begin.
-const RELOADING_SHARE: f64 = 0.5;
 
 impl CellStrain {
     /// The largest shear strain (engineering's) in any direction, of its grains or of its points, which shear where they flow: by sqrt(2) |eps_p| where volume does not.
@@ -88,7 +87,9 @@ impl RestWatch {
     pub fn load(&mut self, borne: &BTreeMap<u64, f64>) {
         for cell in &mut self.cells {
             if let Some(now) = borne.get(&cell.cell) {
-                cell.mobilised = cell.mobilised.min(now / RELOADING_SHARE).max(*now);
+                // Without pressure nothing is borne, whatever share that is.
+                let now = if now.is_finite() { *now } else { 0.0 };
+                cell.mobilised = cell.mobilised.min(now / RELOADING_SHARE).max(now);
             }
         }
     }
@@ -109,7 +110,7 @@ impl RestWatch {
         self.cells.iter().find(|cell| cell.shear() >= most).map(|cell| cell.cell)
     }
 
-    /// Cells that have sheared by this `share` of what the busiest has, or more; and those that material has come to since the watch
+    /// Cells that have sheared by this `share` of what the busiest has, or more; and those that were empty when the watch
     /// began, of which nothing is known.
     pub fn busy(&self, share: f64) -> impl Iterator<Item = u64> {
         let least = share * self.most();
@@ -167,6 +168,8 @@ mod tests {
         assert_eq!([0.9, 0.6, 0.95].map(|share| told(&mut watch, share)), [0.9, 0.9, 0.95]);
         watch.begin();
         assert_eq!([0.5, 0.4, 0.1].map(|share| told(&mut watch, share)), [0.95, 0.8, 0.2]);
+        // Out of pressure.
+        assert_eq!([f64::INFINITY, 0.3].map(|share| told(&mut watch, share)), [0.0, 0.3]);
         assert_eq!((watch.mobilised(2), watch.mobilised(7)), (0.0, 0.0));
     }
 

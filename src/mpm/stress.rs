@@ -27,7 +27,7 @@ pub trait StressModel<S: Space>: Debug + Send + Sync {
     fn stress(&self, memory: &S::PointMemory) -> S::Tensor;
     /// In the plane the Kirchhoff stress normal to it, Pa; 0 in space, and where a law has none.
     fn out_of_plane(&self, memory: &S::PointMemory) -> f64;
-    /// What has borne such a share of its strength has hardened by no less: [`MaterialLaw::harden`].
+    /// A point that was loaded to this share of its peak strength before has at least the hardening of that loading: [`MaterialLaw::harden`].
     fn harden(&self, memory: &mut S::PointMemory, mobilised: f64);
     /// Per initial volume, J/m3.
     fn elastic_energy(&self, memory: &S::PointMemory) -> f64;

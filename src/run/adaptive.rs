@@ -76,22 +76,15 @@ impl Adaptive<'_> {
         else {
             return Ok(());
         };
-        let mut changed = false;
         if grows {
             enrichment::track(&mut core.world, &mut core.progress.instants);
-            if look(core, oracle, *diameter)? {
-                changed |= self.grow(core, strain)?;
+            if look(core, oracle, *diameter)? && self.grow(core, strain)? {
+                // Whoever has just come would seem to rest.
+                core.progress.rest.begin();
             }
         }
         let every = LOOKS_OF_ORACLE * oracle.every.max(core.world.settings.grain_steps);
-        if dissolves && core.world.is_due(every) {
-            changed |= self.judge(core, every, strain)?;
-        }
-        if changed {
-            // Whoever has just come would seem to rest.
-            core.progress.rest.begin();
-        }
-        Ok(())
+        if dissolves && core.world.is_due(every) { self.judge(core, every, strain) } else { Ok(()) }
     }
 
     /// More grains, around the nodes that the oracle has flagged beyond the zone, a set of nodes that hang together after the other.
@@ -147,7 +140,7 @@ impl Adaptive<'_> {
 
     /// A look at what shears, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear turn back into points. While the busiest
     /// cell is continuum, grains are judged by no band of theirs, and stay.
-    fn judge(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<bool, Error> {
+    fn judge(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<(), Error> {
         let timer = core.world.phases.start();
         let time = every as f64 * core.world.settings.grains.dt;
         let flows = shear::look_for_rest(&core.world, &mut core.progress.rest, time)?;
@@ -156,30 +149,25 @@ impl Adaptive<'_> {
         core.world.phases.stop(Phase::Oracle, timer);
         let life = self.enrichment.life;
         if core.progress.rest.most() < life.rest_strain {
-            return Ok(false);
+            return Ok(());
         }
         let watch = core.progress.rest.clone();
         core.progress.rest.begin();
         let busy: Vec<u64> = watch.busy(life.rest_share).collect();
-        let is = |which: fn(&Flow) -> bool, cell: u64| flows.get(&cell).is_some_and(which);
-        let beyond = busy.iter().filter(|cell| !is(Flow::is_inside, **cell)).count();
+        let is_inside = |cell: u64| flows.get(&cell).is_some_and(Flow::is_inside);
+        let beyond = busy.iter().filter(|cell| !is_inside(**cell)).count();
         tell_judgement(core, [busy.len(), beyond], shear::watched_inside_zones(&watch, &flows), strain)?;
         match watch.busiest() {
-            Some(cell) if is(Flow::is_inside, cell) => self.dissolve(core, (&watch, &busy), strain),
-            _ => Ok(false),
+            Some(cell) if is_inside(cell) => self.dissolve(core, (&watch, &busy), strain),
+            _ => Ok(()),
         }
     }
 
-    /// Grains far from all that shear, `busy`, turn back into points; whether any have.
-    fn dissolve(
-        &self,
-        core: &mut PlanarCore,
-        judged: (&RestWatch, &[u64]),
-        strain: Option<f64>,
-    ) -> Result<bool, Error> {
+    /// Grains far from all that shear, `busy`, turn back into points.
+    fn dissolve(&self, core: &mut PlanarCore, judged: (&RestWatch, &[u64]), strain: Option<f64>) -> Result<(), Error> {
         let how = (self.enrichment, self.depth, core.progress.fraction_start);
         let Some(done) = enrichment::dissolve(&mut core.world, how, &core.progress.instants, judged)? else {
-            return Ok(false);
+            return Ok(());
         };
         let step = core.world.step;
         if !done.refused.is_empty() {
@@ -193,7 +181,7 @@ impl Adaptive<'_> {
             record_refusal(core, why, json!({ "strength_mobilised": told, "without_pressure": slack.len() }), strain)?;
         }
         if done.mass_factors.is_empty() {
-            return Ok(false);
+            return Ok(());
         }
         tracing::info!(step, strain, grains = done.grains, "grains at rest have turned back into points");
         let figures = json!({
@@ -204,8 +192,7 @@ impl Adaptive<'_> {
             "mass_factors": done.mass_factors,
             "seconds_of_steps": seconds_of_steps(core),
         });
-        record_change(core, "zone_shrank", (figures, &done.kept), strain)?;
-        Ok(true)
+        record_change(core, "zone_shrank", (figures, &done.kept), strain)
     }
 
     /// The first zone, around all flagged nodes; where it cannot be, around those of their sets where it can. What cannot be had is told

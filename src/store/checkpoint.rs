@@ -57,7 +57,7 @@ pub struct Progress {
     pub oracle: Memory,
     /// When the tracks of points were taken; `every` is 0 where none are.
     pub instants: Instants,
-    /// How the cells of a zone that dissolves have strained since its last change; empty elsewhere.
+    /// How all cells have strained since the last judgement of rest, and what they have borne; empty where no zone dissolves.
     pub rest: RestWatch,
     /// What there was at the start, for the account of what is kept.
     pub kept: Kept,

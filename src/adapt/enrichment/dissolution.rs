@@ -69,8 +69,8 @@ impl Fate {
     }
 }
 
-/// Turns grains far from all `busy` cells back into points, which have hardened by what `watch` knows to have been borne in their places; nothing where there are none. `depth` is that of the plane, m, `fraction`
-/// the packing's at the start. Collective.
+/// Turns grains far from all `busy` cells back into points, which have hardened by what `watch` knows to have been borne in their places; nothing where there are none.
+/// `depth` is that of the plane, m, `fraction` the packing's at the start. Collective.
 pub fn dissolve(
     world: &mut PlanarWorld,
     (settings, depth, fraction): (&Enrichment, f64, f64),
@@ -320,7 +320,7 @@ fn weight_left(world: &PlanarWorld, fates: &[Fate], settings: &Enrichment, grain
 /// Of all cells of the grid; and how many sets of them leave or become the rim of what stays.
 fn fates(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, stays: &[bool]) -> (Vec<Fate>, usize) {
     let has_grains = |cell: usize| patches.contains_key(&(cell as u64));
-    // A rim that whole grains have come to among others: with nothing beside them any more these would fly off, for nodes do not hold them.
+    // Whole grains that have come into an old rim would fly off with nothing beside them any more, for nodes do not hold them.
     let has_whole = |cell: usize| patches.get(&(cell as u64)).is_some_and(|patch| patch.core > 0.0);
     let leaves = |cell: usize| !stays[cell] && has_grains(cell);
     let is_rim = |cell: usize| stays[cell] && has_whole(cell) && grid.around(cell).any(|(beside, _)| leaves(beside));

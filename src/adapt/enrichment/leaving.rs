@@ -87,9 +87,10 @@ impl Cells<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    type Tensor = <Plane as Space>::Tensor;
     use crate::law::material::{ConstitutiveLaw, MobilisedConstants};
     use crate::mpm::stress::material_of;
+
+    type Tensor = <Plane as Space>::Tensor;
 
     /// A specimen four columns wide with a period, a row of cells after the other from below: `n` full of grains near a busy cell, `o` full of others, `O` of such as bear more
     /// than the law, `r` of grains of the rim with points, `s` a few grains, `.` points, `,` one point. `x` are those that leave.

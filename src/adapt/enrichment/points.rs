@@ -19,7 +19,7 @@ type Tensor = <Plane as Space>::Tensor;
 /// there.
 const FILLED_PLACE: f64 = 0.5;
 
-/// Cells of this rank and parts of them that points are to be made in, in their order: all of a full cell's that are free, and elsewhere
+/// Cells of this rank and parts of them that points are to be made in, in their order: all of a full cell's outside the old rim that are free, and elsewhere
 /// those that grains fill. `filled` is the volume of the grains outside the rim that give up their place, m3, `taken` where points are,
 /// `solid` what grains fill of a part in the mean, m3.
 pub(super) fn places(

@@ -79,7 +79,7 @@ mod tests;
 pub use constants::MobilisedConstants;
 
 /// The share of the mobilised m that q/P must fall below for a new loading to begin.
-const RELOADING_SHARE: f64 = 0.5;
+pub const RELOADING_SHARE: f64 = 0.5;
 /// The largest share of m_b that a stress may have mobilised at the start; g is infinite at one.
 const MOBILISED_MOST: f64 = 1.0 - 1e-9;
 

@@ -25,7 +25,7 @@ pub use elastic::Elastic;
 pub use grains::{Followed, GrainAssembly, GrainMemory, GrainModuli, increment_of};
 pub use hencky::Hencky;
 pub use linear_elastic::LinearElastic;
-pub use mobilised_friction::{MobilisedConstants, MobilisedFriction, MobilisedMemory};
+pub use mobilised_friction::{MobilisedConstants, MobilisedFriction, MobilisedMemory, RELOADING_SHARE};
 
 /// A material law with a memory per material point, so that an assembly of grains can be one as well.
 ///
@@ -39,7 +39,7 @@ pub trait MaterialLaw<S: Space>: Debug + Send + Sync + 'static {
     /// fraction `fraction`; of a stress that the law does not bear, the one that it returns it to.
     fn start(&self, stress: &S::Tensor, fraction: f64) -> Self::Memory;
 
-    /// What has borne this share of its strength ([`Self::mobilised`]) before it bears what it does has hardened by no less.
+    /// A point that was loaded to this share of its peak strength ([`Self::mobilised`]) before has at least the hardening of that loading.
     fn harden(&self, _memory: &mut Self::Memory, _mobilised: f64) {}
 
     /// Carries the memory over one step with velocity gradient `gradient` (1/s) and returns the Kirchhoff stress, Pa,
