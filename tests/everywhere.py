@@ -137,7 +137,7 @@ def held_to_grains_alone(packings, end):
         inside = packing.hybrid["strain"] <= end
         grains = packing.hybrid["grains"][inside]
         told = ", ".join(f"{name} {value:+.2f} %" for name, value in zip(MEASURES, off))
-        print(f"{packing.number}: {packing.bits()}, first points at {100 * packing.first:.2f} % of strain, {100 * equal:.0f} % of the span from 1 to 10 %, {grains[-1]:.0f} of {grains[0]:.0f} grains at the end: {told}{band(packing)}{inside(packing)}")
+        print(f"{packing.number}: {packing.bits()}, first points at {100 * packing.first:.2f} % of strain, {100 * equal:.0f} % of the span from 1 to 10 %, {grains[-1]:.0f} of {grains[0]:.0f} grains at the end: {told}{band(packing)}{inside_zone(packing)}")
     for number, off in itself:
         print(f"{number} once more: {', '.join(f'{name} {value:+.2f} %' for name, value in zip(MEASURES, off))}")
     told = []
@@ -162,7 +162,7 @@ def band(packing):
     return told if thickness is None or wanted_thickness is None else f"{told}, {thickness:.1f} D50 for {wanted_thickness:.1f}"
 
 
-def inside(packing):
+def inside_zone(packing):
     shares = 100 * numpy.array(packing.inside)
     return f"; inside the zone {shares.mean():.1f} % of the shear by the mean of {len(shares)} judgements, {shares.min():.0f} at least" if len(shares) else ""
 
