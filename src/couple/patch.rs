@@ -116,6 +116,11 @@ impl Patch {
         self.field(&self.displacement, cell)
     }
 
+    /// Whether most of it is grains outside the rim.
+    pub fn is_core(&self) -> bool {
+        self.core > 0.5 * self.mass
+    }
+
     /// Whether what it is of lies in more than a line, by which it tells gradients; `cell` as above.
     pub fn is_spread(&self, cell: f64) -> bool {
         self.spread().determinant() >= DETERMINANT_LEAST * cell.powi(4)

@@ -278,13 +278,8 @@ fn tell_refusal(
     core: &mut PlanarCore,
     strain: Option<f64>,
 ) -> Result<(), Error> {
-    let (step, time) = (core.world.step, core.world.time());
-    tracing::warn!(step, strain, "a shear band stays continuum: {why}");
-    let mut figures = json!({ "why": why, "flagged": flagged, "time": time });
-    if let Some(strain) = strain {
-        figures["strain"] = json!(strain);
-    }
-    core.on_root(|outputs| outputs.log("zone_refused", step, figures))
+    tracing::warn!(step = core.world.step, strain, "a shear band stays continuum: {why}");
+    record_event(core, "zone_refused", json!({ "why": why, "flagged": flagged }), strain)
 }
 
 /// A look of the oracle where one is due; whether a band has been found. Collective.
@@ -302,16 +297,11 @@ fn record_change(
     (mut figures, kept): (Value, &BeforeAndAfter),
     strain: Option<f64>,
 ) -> Result<(), Error> {
-    let (step, time) = (core.world.step, core.world.time());
-    figures["time"] = json!(time);
     figures["mass"] = json!(kept.mass);
     figures["momentum"] = json!(kept.momentum);
     figures["grains_now"] = json!(core.world.grains_total);
     figures["points_now"] = json!(core.world.points_total);
-    if let Some(strain) = strain {
-        figures["strain"] = json!(strain);
-    }
-    core.on_root(|outputs| outputs.log(event, step, figures))
+    record_event(core, event, figures, strain)
 }
 
 /// What a judgement went by: how many cells shear, how many of them are continuum, and the share of the shear since the last one that was inside zones.
@@ -321,24 +311,28 @@ fn tell_judgement(
     inside: f64,
     strain: Option<f64>,
 ) -> Result<(), Error> {
-    let mut figures =
-        json!({ "cells": busy, "cells_beyond": beyond, "shear_in_zones": inside, "time": core.world.time() });
-    if let Some(strain) = strain {
-        figures["strain"] = json!(strain);
-    }
-    let step = core.world.step;
-    core.on_root(|outputs| outputs.log("zone_judged", step, figures))
+    record_event(
+        core,
+        "zone_judged",
+        json!({ "cells": busy, "cells_beyond": beyond, "shear_in_zones": inside }),
+        strain,
+    )
 }
 
-/// Cells at rest that stay grains.
-fn record_refusal(core: &mut PlanarCore, why: &str, mut figures: Value, strain: Option<f64>) -> Result<(), Error> {
-    figures["why"] = json!(why);
+/// An event with its time and strain.
+fn record_event(core: &mut PlanarCore, event: &str, mut figures: Value, strain: Option<f64>) -> Result<(), Error> {
     figures["time"] = json!(core.world.time());
     if let Some(strain) = strain {
         figures["strain"] = json!(strain);
     }
     let step = core.world.step;
-    core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))
+    core.on_root(|outputs| outputs.log(event, step, figures))
+}
+
+/// Cells at rest that stay grains.
+fn record_refusal(core: &mut PlanarCore, why: &str, mut figures: Value, strain: Option<f64>) -> Result<(), Error> {
+    figures["why"] = json!(why);
+    record_event(core, "zone_cannot_shrink", figures, strain)
 }
 
 /// `stepped`: seconds of the steps until then, `seconds`: of the training.

@@ -74,11 +74,11 @@ impl Cells<'_> {
 
     /// What a set of cells bears of the strength of a law, by its full cells outside the rim; none of a set without.
     fn mobilised(&self, set: &[usize], law: &SharedMaterial<Plane>) -> Option<f64> {
-        let is_core = |patch: &&Patch| patch.room_full > 0.0 && patch.core > 0.5 * patch.mass;
+        let is_full = |patch: &&Patch| patch.room_full > 0.0 && patch.is_core();
         let mut sum = Patch::default();
         set.iter()
             .filter_map(|cell| self.patch(*cell))
-            .filter(is_core)
+            .filter(is_full)
             .for_each(|patch| sum.add(patch, &Vector::zero()));
         mobilised(&sum, law, self.fraction)
     }

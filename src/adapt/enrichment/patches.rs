@@ -36,7 +36,7 @@ pub fn strength_mobilised(world: &mut PlanarWorld, depth: f64, fraction: f64) ->
     let grid = cell_grid(world);
     let full = Full { room: grid.cell * grid.cell * depth, fraction };
     let mut patches = with_full(patches(world, depth, true)?, full);
-    patches.retain(|_, patch| patch.room_full > 0.0 && patch.core > 0.5 * patch.mass);
+    patches.retain(|_, patch| patch.room_full > 0.0 && patch.is_core());
     let law = &world.settings.material;
     let of = |cell: &u64| Some((*cell, mobilised(&around(&grid, &patches, *cell), law, fraction)?));
     Ok(patches.keys().filter_map(of).collect())

@@ -37,8 +37,7 @@ pub(super) fn places(
     let mut places = BTreeSet::new();
     for ((cell, part), volume) in filled {
         // In a cell of the old rim points stand already, if not everywhere.
-        let is_rim = patches[cell].core <= 0.5 * patches[cell].mass;
-        if patches[cell].room_full > 0.0 && !is_rim {
+        if patches[cell].room_full > 0.0 && patches[cell].is_core() {
             places.extend((0..parts * parts).map(|part| (*cell, part)));
         } else if *volume >= FILLED_PLACE * solid {
             places.insert((*cell, *part));
