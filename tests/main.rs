@@ -147,6 +147,9 @@ mod periods;
 /// A pressure pulse through the rim of a zone: next to nothing of it comes back.
 #[path = "coupling/pulses.rs"]
 mod pulses;
+/// Grains that have turned into points come back as they stood where cells shear, with mass and momentum kept and the same bits on any ranks.
+#[path = "coupling/returns.rs"]
+mod returns;
 /// A zone grows where the band goes and gives grains at rest back, with mass and momentum kept and the same bits on any ranks.
 #[path = "coupling/zones.rs"]
 mod zones;

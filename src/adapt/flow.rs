@@ -13,6 +13,9 @@ use crate::numbers;
 
 type Vector = <Plane as Space>::Vector;
 
+/// Points that weigh less than this share of its grains do not make a cell one of the rim, where they weigh as much.
+const CORE_POINTS: f64 = 0.25;
+
 /// Of a cell, by weights. Volumes and displacements are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
@@ -34,6 +37,11 @@ impl Flow {
     /// Whether most of the cell is of a zone, its rim counted.
     pub fn is_inside(&self) -> bool {
         self.inside > 0.5 * self.patch.mass
+    }
+
+    /// Whether next to all of the cell is of grains alone: single points may have strayed into it.
+    pub fn is_core(&self) -> bool {
+        self.inside > 0.5 * self.patch.mass && self.points < CORE_POINTS * self.grains.mass
     }
 
     /// Mean plastic strain of its points; none where these are less than `least`, kg.

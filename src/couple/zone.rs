@@ -71,7 +71,7 @@ impl ZoneLife {
         let begins = "where grains are first: about the band that the oracle finds, or everywhere from the start";
         let key = text("begins", begins, "\"band\"").or("band");
         choose(form, &mut self.is_everywhere, "begins", key, &[("band", false), ("everywhere", true)]);
-        let grows = "whether it follows the band where the oracle finds it beyond";
+        let grows = "whether it follows what shears beyond it";
         form.flag(&mut self.grows, flag("grows", grows, "false").or("false"));
         form.flag(
             &mut self.dissolves,
@@ -93,7 +93,7 @@ impl ZoneLife {
 pub struct ZoneLife {
     /// Whether all of the specimen is grains at the start, and not where the oracle finds a band.
     pub is_everywhere: bool,
-    /// Whether it grows where the oracle finds a band beyond it.
+    /// Whether it grows: where the oracle finds a band beyond it, or, of one that begins everywhere, where cells that shear or are beside such cells are not of grains alone.
     pub grows: bool,
     /// Whether its grains turn back into points where they have come to rest.
     pub dissolves: bool,
@@ -103,6 +103,13 @@ pub struct ZoneLife {
     pub rest_share: f64,
     /// Grains at rest that bear more than this share of the continuum's peak shear strength do not turn into points.
     pub rest_strength: f64,
+}
+
+impl ZoneLife {
+    /// Whether grains that have turned into points come back.
+    pub fn returns(&self) -> bool {
+        self.is_everywhere && self.grows
+    }
 }
 
 /// What a cell holds.
@@ -279,15 +286,18 @@ pub struct Zone {
     pub grid: CellGrid,
     /// By index of the cell.
     pub labels: Vec<Label>,
-    /// Places of the flagged nodes, m.
-    flagged: Vec<[f64; 2]>,
+    /// Places around which grains come, m: those of the flagged nodes, or the centres of cells.
+    seeds: Vec<[f64; 2]>,
 }
+
+/// Cells from the core, corners counted, within which its rim lies.
+const CELLS_OF_RIM: f64 = 1.5;
 
 impl Zone {
     /// Cells within `phi_0 - t_h/2` of a flagged node are grains, those within `phi_0 + t_h/2` the rim; t_h is one cell.
     pub fn around(flagged: &[u64], grid: CellGrid, settings: &Enrichment) -> Self {
         let places = flagged.iter().map(|node| grid.place_of(*node)).collect();
-        let mut zone = Self { grid, labels: Vec::new(), flagged: places };
+        let mut zone = Self { grid, labels: Vec::new(), seeds: places };
         let half = 0.5 * grid.cell;
         let label = |cell: usize| {
             let x = grid.lower[0] + ((cell % grid.counts[0]) as f64 + 0.5) * grid.cell;
@@ -303,6 +313,26 @@ impl Zone {
         };
         zone.labels = (0..grid.counts[0] * grid.counts[1]).map(label).collect();
         zone
+    }
+
+    /// Grains in all cells that are `wanted`, but for a rim, one cell wide, beside cells that are `filled` and not wanted. The `core` that there is stays one.
+    pub fn of_cells(grid: CellGrid, wanted: &[bool], filled: &[bool], core: &[bool]) -> Self {
+        let is_rim = |cell: usize| grid.around(cell).any(|(beside, _)| filled[beside] && !wanted[beside]);
+        let label = |cell: usize| match wanted[cell] {
+            true if core[cell] || !is_rim(cell) => Label::Grains,
+            true => Label::Rim,
+            false => Label::Continuum,
+        };
+        Self { grid, labels: (0..wanted.len()).map(label).collect(), seeds: Vec::new() }
+    }
+
+    /// What of it grains come to around these cells: the rest is left as it is.
+    pub fn near_cells(&self, cells: &[usize]) -> Self {
+        let grid = self.grid;
+        let near = grid.near(&cells.iter().map(|cell| *cell as u64).collect::<Vec<u64>>(), CELLS_OF_RIM * grid.cell);
+        let label = |(label, near): (&Label, bool)| if near { *label } else { Label::Continuum };
+        let labels = self.labels.iter().zip(near).map(label).collect();
+        Self { grid, labels, seeds: cells.iter().map(|cell| grid.centre(*cell).into()).collect() }
     }
 
     /// Which cells lie within so many cells of one of the zone, corners counted.
@@ -349,15 +379,15 @@ impl Zone {
         true
     }
 
-    /// Mean height of the flagged nodes, m.
+    /// Mean height of the places around which grains come, m.
     pub fn middle(&self) -> f64 {
-        self.flagged.iter().map(|place| place[1]).sum::<f64>() / self.flagged.len() as f64
+        self.seeds.iter().map(|place| place[1]).sum::<f64>() / self.seeds.len() as f64
     }
 
-    /// Distance of a place to the nearest flagged node, across the period if there is one, m.
+    /// Distance of a place to the nearest one around which grains come, across the period if there is one, m.
     pub fn distance(&self, place: [f64; 2]) -> f64 {
         let period = self.grid.period();
-        self.flagged.iter().fold(f64::INFINITY, |least, node| {
+        self.seeds.iter().fold(f64::INFINITY, |least, node| {
             let x = if self.grid.periodic {
                 let apart = (place[0] - node[0]).rem_euclid(period);
                 apart.min(period - apart)
@@ -443,6 +473,38 @@ mod tests {
         assert_eq!(grid(true).with_rows(&[1, 19], |height| height > 0.0), [1, 18, 19, 20, 21, 22, 23]);
     }
 
+    /// Rows from below; `x` are cells that are wanted, `c` the core that is, in a specimen whose upper row is empty.
+    #[test]
+    fn a_zone_of_cells_has_its_rim_towards_continuum_alone() {
+        let zone = |rows: [&str; 5]| {
+            let marks = |mark: char| rows.concat().chars().map(|is| is == mark).collect::<Vec<bool>>();
+            let (core, more, empty) = (marks('c'), marks('x'), marks(' '));
+            let wanted: Vec<bool> = core.iter().zip(&more).map(|(core, more)| *core || *more).collect();
+            let filled: Vec<bool> = empty.iter().map(|empty| !empty).collect();
+            let zone = Zone::of_cells(grid(true), &wanted, &filled, &core);
+            let letter = |label: &Label| match label {
+                Label::Continuum => '.',
+                Label::Rim => '+',
+                Label::Grains => 'o',
+            };
+            let letters: Vec<char> = zone.labels.iter().map(letter).collect();
+            let rows: Vec<String> = letters.chunks(6).map(|row| row.iter().collect()).collect();
+            (rows, zone)
+        };
+        // Up to the end of the material there is no rim.
+        let (rows, grown) = zone(["......", "cccccc", "xxxxxx", "xxxxxx", "      "]);
+        assert_eq!(rows, ["......", "oooooo", "oooooo", "oooooo", "......"]);
+        // Distances are to what comes, and what is farther from that than a rim is left out.
+        let part = grown.near_cells(&[20]);
+        assert_eq!((part.distance([2.25, 0.75]), part.middle()), (0.0, 0.75));
+        let kept: Vec<usize> = (0..30).filter(|cell| part.labels[*cell] != Label::Continuum).collect();
+        assert_eq!(kept, [13, 14, 15, 19, 20, 21]);
+        let (rows, _) = zone(["xxx...", "xxx...", "xxx...", "......", "      "]);
+        assert_eq!(rows, ["+o+...", "+o+...", "+++...", "......", "......"]);
+        let (rows, _) = zone(["......", "......", "cccccc", "xxxxxx", "......"]);
+        assert_eq!(rows, ["......", "......", "oooooo", "++++++", "......"]);
+    }
+
     #[test]
     fn cells_near_others_and_nodes_beside_them_are_told() {
         let near = |periodic: bool, reach: f64| {
@@ -464,7 +526,7 @@ mod tests {
         let mut labels = vec![Label::Continuum; 30];
         labels[0] = Label::Rim;
         let near = |periodic: bool| {
-            let zone = Zone { grid: grid(periodic), labels: labels.clone(), flagged: Vec::new() };
+            let zone = Zone { grid: grid(periodic), labels: labels.clone(), seeds: Vec::new() };
             (0..30).filter(|cell| zone.within(1)[*cell]).collect::<Vec<usize>>()
         };
         assert_eq!(near(false), [0, 1, 6, 7]);

@@ -154,7 +154,7 @@ impl<S: Space> Default for Grains<S> {
 }
 
 /// A whole grain with the memories of its contacts, as it travels, rests on disk or is handed to a new world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct GrainRow<S: Space> {
     /// What contacts and motion read of it.
     pub hot: Hot<S>,

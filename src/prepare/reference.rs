@@ -1,13 +1,15 @@
 //! The packing that a zone takes its grains from (Chen et al. 2021, 4.1: the reference packing), as the run's folder keeps it, and how it lies
 //! in the specimen.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::Body;
-use crate::dem::cell::Cell;
+use crate::couple::kept::KeptGrains;
+use crate::dem::cell::{Cell, Image};
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::walls::place_beside;
 use crate::domain::transfer;
@@ -27,6 +29,8 @@ pub enum Lies<'a> {
     Around,
     /// Periodic pieces of it side by side, from the lower corner of the domain.
     Tiled(&'a dyn StartState),
+    /// It is grains of the run, as they stood when they turned into points.
+    Kept(&'a KeptGrains),
 }
 
 /// What a job says of where its material begins.
@@ -43,6 +47,8 @@ pub struct Reference {
     pub grains: Vec<Grain>,
     /// Where the packing's bodies stood, as displacements, m; none where bodies stand where the job has them.
     pub seats: Vec<Vector>,
+    /// Of grains that have been in the run before: where they began, m, and the periods that they had crossed.
+    pub began: BTreeMap<GrainId, (Vector, Image)>,
 }
 
 impl Reference {
@@ -70,14 +76,29 @@ impl Reference {
                 }
                 let bodies: Vec<Body<Plane>> = transfer::broadcast(transport, bodies)?;
                 let seats = bodies.iter().map(|body| body.displacement).collect();
-                Ok(Self { grains: transfer::broadcast(transport, grains)?, seats })
+                Ok(Self { grains: transfer::broadcast(transport, grains)?, seats, began: BTreeMap::new() })
             }
             Lies::Tiled(start) => {
                 let read = on_root(transport, || read_piece(file, memory_words));
                 let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
                 let grains = transfer::broadcast(transport, grains)?;
                 let cell = transfer::broadcast(transport, cells)?.remove(0);
-                Ok(Self { grains: tiled(world, &Packing { grains, cell }, start, is_wanted), seats: Vec::new() })
+                let grains = tiled(world, &Packing { grains, cell }, start, is_wanted);
+                Ok(Self { grains, seats: Vec::new(), began: BTreeMap::new() })
+            }
+            Lies::Kept(kept) => {
+                let mut grains = transfer::broadcast(transport, kept.grains.clone())?;
+                let began = grains.iter().map(|grain| (grain.cold.id, (grain.cold.origin, grain.cold.image))).collect();
+                for grain in &mut grains {
+                    sheared::settle(grain);
+                    if grain.cold.mover == Mover::Free {
+                        grain.hot.weight = 1.0;
+                    }
+                }
+                let seats: Vec<f64> = kept.seats.iter().flat_map(|seat| [seat[0], seat[1]]).collect();
+                let seats = transfer::broadcast_numbers(transport, &seats);
+                let seats = seats.chunks(Plane::DIMENSION).map(|seat| Vector::new(seat[0], seat[1])).collect();
+                Ok(Self { grains, seats, began })
             }
         }
     }

@@ -1,11 +1,14 @@
 //! A run that watches for a shear band and puts grains in its place (Chen et al. 2021, sections 3 and 4): tracks of the points, looks of
 //! the oracle, and once a band persists or one that is known is due, the enrichment with its account. A zone that lives (beyond that
 //! paper) goes on from there: it grows where the oracle finds a band beyond it, and its grains turn back into points where they rest. Or
-//! it begins everywhere, so that where a band forms is up to the grains, and points take the places of those that rest beside it.
+//! it begins everywhere, so that where a band forms is up to the grains, and points take the places of those that rest beside it, and give them up again
+//! where cells shear that are not of grains alone.
+
+use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use crate::adapt::enrichment::{self, BeforeAndAfter, Enriched, Plan, Refusal};
+use crate::adapt::enrichment::{self, BeforeAndAfter, Enriched, Plan, Refusal, Wanted};
 use crate::adapt::flow::Flow;
 use crate::adapt::{shear, watch};
 use crate::base::error::Error;
@@ -71,12 +74,12 @@ impl Adaptive<'_> {
 
     /// The same of a zone that is there.
     fn live(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
-        let (ZoneLife { grows, dissolves, .. }, Finder::Oracle(oracle, diameter)) =
+        let (life @ ZoneLife { grows, dissolves, .. }, Finder::Oracle(oracle, diameter)) =
             (self.enrichment.life, &self.finder)
         else {
             return Ok(());
         };
-        if grows {
+        if grows && !life.returns() {
             enrichment::track(&mut core.world, &mut core.progress.instants);
             if look(core, oracle, *diameter)? && self.grow(core, strain)? {
                 // Whoever has just come would seem to rest.
@@ -100,7 +103,7 @@ impl Adaptive<'_> {
             }
             match self.plan(&left, core)? {
                 Ok(plan) => {
-                    self.extend(plan, left.len(), core, strain)?;
+                    self.extend(plan, ("flagged", left.len()), core, strain)?;
                     has_grown = true;
                 }
                 Err(refusal) => {
@@ -117,29 +120,37 @@ impl Adaptive<'_> {
 
     /// Grains around these nodes.
     fn plan(&self, flagged: &[u64], core: &mut PlanarCore) -> Result<Result<Plan, Refusal>, Error> {
+        let wanted = enrichment::around_band(&core.world, flagged, self.enrichment);
         let file = packing_file(&core.options.out);
         let how = (self.enrichment, self.depth);
-        Plan::of(&mut core.world, how, flagged, &core.progress.instants, (&file, self.lies))
+        Plan::of(&mut core.world, how, wanted, &core.progress.instants, (&file, self.lies))
     }
 
-    /// A zone that is there has grown.
-    fn extend(&self, plan: Plan, flagged: usize, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
+    /// A zone that is there has grown, for so many nodes that are flagged or cells that shear.
+    fn extend(
+        &self,
+        plan: Plan,
+        (what, count): (&str, usize),
+        core: &mut PlanarCore,
+        strain: Option<f64>,
+    ) -> Result<(), Error> {
         let enriched = plan.carry_out(&mut core.world)?;
         tracing::info!(step = core.world.step, strain, grains = enriched.grains, "the zone has grown");
-        let figures = json!({
-            "flagged": flagged,
+        let mut figures = json!({
             "grains": enriched.grains,
             "grains_rim": enriched.grains_rim,
             "points_removed": enriched.points_removed,
             "points_rim": enriched.points_rim,
             "stress_points": enriched.stress_points,
             "stress_grains": enriched.stress_grains,
+            "training_steps": enriched.training_steps,
         });
+        figures[what] = json!(count);
         record_change(core, "zone_grew", (figures, &enriched.kept), strain)
     }
 
-    /// A look at what shears, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear turn back into points. While the busiest
-    /// cell is continuum, grains are judged by no band of theirs, and stay.
+    /// A look at what shears, `every` so many steps; once the busiest cell has sheared enough to tell, grains come back to where cells shear that are not of grains alone, or else
+    /// those far from all that shear turn into points. While the busiest cell is continuum that stays so, grains are judged by no band of theirs, and stay.
     fn judge(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<(), Error> {
         let timer = core.world.phases.start();
         let time = every as f64 * core.world.settings.grains.dt;
@@ -157,16 +168,58 @@ impl Adaptive<'_> {
         let is_inside = |cell: u64| flows.get(&cell).is_some_and(Flow::is_inside);
         let beyond = busy.iter().filter(|cell| !is_inside(**cell)).count();
         tell_judgement(core, [busy.len(), beyond], shear::watched_inside_zones(&watch, &flows), strain)?;
+        if life.returns() && self.follow(core, (&flows, &busy), strain)? {
+            return Ok(());
+        }
         match watch.busiest() {
             Some(cell) if is_inside(cell) => self.dissolve(core, (&watch, &busy), strain),
             _ => Ok(()),
         }
     }
 
+    /// Grains that have turned into points come back where cells shear that are not of grains alone; whether any have. Where they cannot be, the continuum stays.
+    fn follow(
+        &self,
+        core: &mut PlanarCore,
+        (flows, busy): (&BTreeMap<u64, Flow>, &[u64]),
+        strain: Option<f64>,
+    ) -> Result<bool, Error> {
+        // Where no grains have been kept, in a branch of a run that did not, none can come back before others have left.
+        let is_kept = core.world.transport.broadcast(vec![u8::from(!core.progress.kept_grains.is_empty())])[0] > 0;
+        if !is_kept {
+            return Ok(false);
+        }
+        let grid = enrichment::cell_grid(&core.world);
+        let mut has_grown = false;
+        for wanted in enrichment::around_shear(grid, flows, busy, self.enrichment) {
+            match self.plan_return(wanted, core)? {
+                Ok(plan) => {
+                    self.extend(plan, ("cells", busy.len()), core, strain)?;
+                    has_grown = true;
+                }
+                Err(Refusal(why)) => {
+                    tracing::warn!(step = core.world.step, strain, "what shears beside grains stays continuum: {why}");
+                    record_event(core, "zone_refused", json!({ "why": why, "cells": busy.len() }), strain)?;
+                }
+            }
+        }
+        Ok(has_grown)
+    }
+
+    /// Grains that are kept, in a zone.
+    fn plan_return(&self, wanted: Wanted, core: &mut PlanarCore) -> Result<Result<Plan, Refusal>, Error> {
+        let file = packing_file(&core.options.out);
+        let how = (self.enrichment, self.depth);
+        let Core { world, progress, .. } = core;
+        Plan::of(world, how, wanted, &progress.instants, (&file, Lies::Kept(&progress.kept_grains)))
+    }
+
     /// Grains far from all that shear, `busy`, turn back into points.
     fn dissolve(&self, core: &mut PlanarCore, judged: (&RestWatch, &[u64]), strain: Option<f64>) -> Result<(), Error> {
         let how = (self.enrichment, self.depth, core.progress.fraction_start);
-        let Some(done) = enrichment::dissolve(&mut core.world, how, &core.progress.instants, judged)? else {
+        let Core { world, progress, .. } = core;
+        let of_past = (&mut progress.instants, &mut progress.kept_grains);
+        let Some(done) = enrichment::dissolve(world, how, of_past, judged)? else {
             return Ok(());
         };
         let step = core.world.step;
@@ -228,7 +281,7 @@ impl Adaptive<'_> {
             }
             match self.plan(&left, core)? {
                 Ok(plan) if is_first => self.begin(plan, core, strain, (stepped, started))?,
-                Ok(plan) => self.extend(plan, left.len(), core, strain)?,
+                Ok(plan) => self.extend(plan, ("flagged", left.len()), core, strain)?,
                 Err(refusal) => tell_refusal(&refusal, left.len(), core, strain)?,
             }
         }

@@ -280,7 +280,8 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
             kept.why_kept()
         )));
     }
-    let has_forgotten = progress.enriched_step > 0 || began.begins_as_grains() && !packing_file(dir).exists();
+    // Grains of a zone that begins everywhere are its own, and need no paths from the start.
+    let has_forgotten = !began.begins_as_grains() && progress.enriched_step > 0;
     let paths = changes.iter().find(|change| has_forgotten && change.asks_for_paths());
     if let Some(paths) = paths {
         return Err(Error::User(format!(

@@ -1,5 +1,6 @@
 //! A run as tables and back (invariant 3): everything the next step reads, and nothing about who computed it.
 
+use std::mem;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -11,9 +12,10 @@ use scree_partition::Transport;
 use crate::base::error::Error;
 use crate::base::program;
 use crate::base::record::{Cargo, Record, Visitor, from_table, to_table};
-use crate::base::space::Space;
+use crate::base::space::{Plane, Space};
 use crate::base::units::in_short;
 use crate::bodies::body::Body;
+use crate::couple::kept::KeptGrains;
 use crate::couple::oracle::{Look, Memory};
 use crate::couple::rest::{CellStrain, RestWatch};
 use crate::dem::cell::Cell;
@@ -55,10 +57,12 @@ pub struct Progress {
     pub enriched_step: u64,
     /// Of the search for shear bands; as at the start where there is none.
     pub oracle: Memory,
-    /// When the tracks of points were taken; `every` is 0 where none are.
+    /// When the tracks of points were taken; `every` is 0 where none are any more: of points beside grains that are kept there is one, of when these were.
     pub instants: Instants,
     /// How all cells have strained since the last judgement of rest, and what they have borne; empty where no zone dissolves.
     pub rest: RestWatch,
+    /// What a zone that follows the shear takes its grains from; known on rank 0, empty before any have turned into points.
+    pub kept_grains: KeptGrains,
     /// What there was at the start, for the account of what is kept.
     pub kept: Kept,
     /// Of the energy of grains, at its last look.
@@ -190,6 +194,13 @@ impl<S: Space> Snapshot<S> {
         if !progress.rest.cells.is_empty() {
             tables.push(to_table("rest", &mut progress.rest.cells, &mut CellStrain::default()));
         }
+        let KeptGrains { grains, seats } = &mut progress.kept_grains;
+        if !grains.is_empty() {
+            tables.extend(tables::of_grains_named(tables::KEPT_GRAINS, grains, self.memory_words));
+            let at = |displacement: &<Plane as Space>::Vector| Body { displacement: *displacement, ..Body::blank() };
+            let mut bodies: Vec<Body<Plane>> = seats.iter().map(at).collect();
+            tables.push(to_table(KEPT_BODIES, &mut bodies, &mut Body::blank()));
+        }
         if !progress.reactions.is_empty() {
             tables.push(to_table("reactions", &mut progress.reactions, &mut Entry::default()));
         }
@@ -224,10 +235,11 @@ impl<S: Space> Snapshot<S> {
         let has_nodes = state.tables.iter().any(|table| table.name == tables::NODES);
         let nodes = has_nodes.then(|| tables::take(&mut state, tables::NODES, &Node::blank())).transpose()?;
         let grains = tables::to_grains(&mut state, memory_words)?;
+        let kept_grains = kept_grains(&mut state, memory_words)?;
         let state = &state;
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
         let times: Vec<Instant> = tables::rows(state, "instants", &Instant::default())?;
-        let mut progress = progress_of(state)?;
+        let mut progress = Progress { kept_grains, ..progress_of(state)? };
         let at_home: Vec<Body<S>> = tables::rows(state, "bodies_home", &Body::blank())?;
         progress.oracle.flagged = flags.into_iter().map(|flag| flag.0).collect();
         if state.tables.iter().any(|table| table.name == "ledger") {
@@ -273,6 +285,19 @@ impl<S: Space> Snapshot<S> {
         soundness::refuse_unsound(&mut snapshot)?;
         Ok(snapshot)
     }
+}
+
+/// Bodies as they stood with the grains that are kept.
+const KEPT_BODIES: &str = "kept_bodies";
+
+/// Grains that have turned into points, where any are kept.
+fn kept_grains(state: &mut State, memory_words: usize) -> Result<KeptGrains, Error> {
+    if state.tables.iter().all(|table| table.name != tables::KEPT_GRAINS[0]) {
+        return Ok(KeptGrains::default());
+    }
+    let grains = tables::to_grains_named(tables::KEPT_GRAINS, state, memory_words)?;
+    let bodies: Vec<Body<Plane>> = tables::take(state, KEPT_BODIES, &Body::blank())?;
+    Ok(KeptGrains { grains, seats: bodies.iter().map(|body| body.displacement).collect() })
 }
 
 /// RVEs that are on their way to rank 0 at a time: some megabytes.
@@ -368,7 +393,7 @@ pub fn restore<S: Space>(
     draw: impl FnOnce(&Progress, Vec<Vertex<S>>) -> Result<Drawn<S>, Error>,
     transport: &dyn Transport,
 ) -> Result<(Parts<S>, Progress), Error> {
-    let (packings, progress, cell, bodies, home, vertices, (grains, points, rves, nodes)) = match snapshot {
+    let (packings, mut progress, cell, bodies, home, vertices, (grains, points, rves, nodes)) = match snapshot {
         Some(of) => {
             let rows = (of.grains, of.points, of.rves, of.nodes.unwrap_or_default());
             (of.packings, vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, rows)
@@ -376,7 +401,9 @@ pub fn restore<S: Space>(
         None => Default::default(),
     };
     let packings = tables::everywhere(packings, transport)?;
-    let progress = transfer::broadcast(transport, progress)?.remove(0);
+    // What rank 0 alone knows does not travel.
+    let kept_grains = progress.first_mut().map_or_else(KeptGrains::default, |of| mem::take(&mut of.kept_grains));
+    let progress = Progress { kept_grains, ..transfer::broadcast(transport, progress)?.remove(0) };
     let moved = transfer::broadcast(transport, cell)?.remove(0);
     let saved = transfer::broadcast(transport, bodies)?;
     let saved_home = transfer::broadcast(transport, home)?.remove(0);

@@ -5,10 +5,11 @@ use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::Space;
-use crate::dem::grains::{ContactRow, PenaltySpringRow, is_body};
+use crate::dem::grains::{ContactRow, GrainRow, Mover, PenaltySpringRow, is_body};
 use crate::dem::memories::Carried;
 use crate::rve::Resting;
-use crate::store::checkpoint::Snapshot;
+use crate::store::checkpoint::{Progress, Snapshot};
+use crate::store::tables;
 
 /// Steps that the twelve digits of a checkpoint's name count.
 const STEP_MAX: u64 = 999_999_999_999;
@@ -44,32 +45,67 @@ pub fn refuse_unsound<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error>
     refuse_no_numbers("cell", std::slice::from_mut(&mut snapshot.cell))?;
     refuse_no_numbers("cell_home", std::slice::from_mut(&mut snapshot.home.cell))?;
     refuse_no_numbers("bodies", &mut snapshot.bodies)?;
-    refuse_no_numbers("grains", &mut snapshot.grains)?;
     refuse_no_numbers("points", &mut snapshot.points)?;
     refuse_no_numbers("membranes", &mut snapshot.vertices)?;
     refuse_no_numbers("nodes", snapshot.nodes.as_deref_mut().unwrap_or_default())?;
-    for (row, grain) in snapshot.grains.iter().enumerate() {
+    refuse_unsound_grains(tables::GRAINS, &mut snapshot.grains)?;
+    let springs = snapshot.grains.iter().map(|grain| PenaltySpringRow { grain: grain.cold.id, spring: grain.spring });
+    refuse_no_numbers("ties", &mut springs.collect::<Vec<PenaltySpringRow<S>>>())?;
+    refuse_unsound_kept(snapshot)?;
+    refuse_unsound_rves(snapshot)
+}
+
+/// Grains that are kept are found by their ids, and stood with all bodies, which plates among them count on, at the only instant that points remember.
+fn refuse_unsound_kept<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error> {
+    let (table, bodies) = (tables::KEPT_GRAINS[0], snapshot.bodies.len());
+    let Progress { kept_grains, instants, .. } = &mut snapshot.progress;
+    if kept_grains.is_empty() {
+        return Ok(());
+    }
+    refuse_unsound_grains(tables::KEPT_GRAINS, &mut kept_grains.grains)?;
+    if let Some(row) = kept_grains.grains.windows(2).position(|pair| pair[0].cold.id >= pair[1].cold.id) {
+        return bad(table, row + 1, "ids must rise");
+    }
+    let is_of_none = |mover: Mover| matches!(mover, Mover::Body(body) if usize::from(body) >= bodies);
+    if let Some(row) = kept_grains.grains.iter().position(|grain| is_of_none(grain.cold.mover)) {
+        return bad(table, row, "it is glued to a body that is not there");
+    }
+    let seats = &kept_grains.seats;
+    if seats.len() != bodies || seats.iter().any(|seat| !seat.iter().all(|component| component.is_finite())) {
+        return bad(
+            "kept_bodies",
+            0,
+            &format!("{} displacements of {bodies} bodies, which must be numbers", seats.len()),
+        );
+    }
+    match (instants.every, instants.times.len()) {
+        (0, 1) => Ok(()),
+        _ => bad("instants", 0, "grains are kept, and there must be one instant, that of this, and none to come"),
+    }
+}
+
+/// Of the tables of these names, the second that of contacts.
+fn refuse_unsound_grains<S: Space>([table, touching]: [&str; 2], grains: &mut [GrainRow<S>]) -> Result<(), Error> {
+    refuse_no_numbers(table, grains)?;
+    for (row, grain) in grains.iter().enumerate() {
         let (radius, mass) = (grain.hot.radius, grain.hot.mass);
         if !(radius > 0.0 && radius.is_finite() && mass > 0.0 && mass.is_finite()) {
-            return bad("grains", row, &format!("radius = {radius} and mass = {mass}, and both must be positive"));
+            return bad(table, row, &format!("radius = {radius} and mass = {mass}, and both must be positive"));
         }
         if is_body(grain.cold.id) {
-            return bad("grains", row, &format!("id = {} stands for a body", grain.cold.id.0));
+            return bad(table, row, &format!("id = {} stands for a body", grain.cold.id.0));
         }
         if let Some(pair) = grain.contacts.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-            return bad("grains", row, &format!("its contact with {} stands twice", pair[0].0.0));
+            return bad(table, row, &format!("its contact with {} stands twice", pair[0].0.0));
         }
         let touched =
             |(partner, memory): &Carried| ContactRow { lower: grain.cold.id, higher: *partner, memory: *memory };
-        let mut contacts: Vec<ContactRow> = grain.contacts.iter().map(touched).collect();
-        refuse_no_numbers("contacts", &mut contacts)?;
-        refuse_no_numbers("ties", &mut [PenaltySpringRow::<S> { grain: grain.cold.id, spring: grain.spring }])?;
+        refuse_no_numbers(touching, &mut grain.contacts.iter().map(touched).collect::<Vec<ContactRow>>())?;
     }
-    refuse_unsound_rves(snapshot)?;
-    let mut ids: Vec<GrainId> = snapshot.grains.iter().map(|grain| grain.cold.id).collect();
+    let mut ids: Vec<GrainId> = grains.iter().map(|grain| grain.cold.id).collect();
     ids.sort_unstable();
     match ids.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => bad("grains", 0, &format!("id = {} stands twice", pair[0].0)),
+        Some(pair) => bad(table, 0, &format!("id = {} stands twice", pair[0].0)),
         None => Ok(()),
     }
 }

@@ -26,9 +26,23 @@ pub fn stands_with(id: GrainId, partner: GrainId) -> bool {
     partner > id
 }
 
+/// What tables of grains and of their contacts are called: those of a world, and those that have turned into points.
+pub const GRAINS: [&str; 2] = ["grains", "contacts"];
+/// See [`crate::couple::kept`].
+pub const KEPT_GRAINS: [&str; 2] = ["kept_grains", "kept_contacts"];
+
 /// Tables `grains` and `contacts` of rows in canonical order, or of a piece of them, under a law with so many words of memory. A
 /// contact stands once.
 pub fn of_grains<S: Space>(rows: &mut [GrainRow<S>], memory_words: usize) -> [Table; 2] {
+    of_grains_named(GRAINS, rows, memory_words)
+}
+
+/// The same by other names.
+pub fn of_grains_named<S: Space>(
+    [grains, touching]: [&str; 2],
+    rows: &mut [GrainRow<S>],
+    memory_words: usize,
+) -> [Table; 2] {
     let mut contacts: Vec<ContactRow> = Vec::new();
     for row in rows.iter() {
         let lower = row.cold.id;
@@ -36,7 +50,7 @@ pub fn of_grains<S: Space>(rows: &mut [GrainRow<S>], memory_words: usize) -> [Ta
         contacts.extend(ours.map(|(higher, memory)| ContactRow { lower, higher: *higher, memory: *memory }));
     }
     let mut blank = blank_contact(memory_words);
-    [to_table("grains", rows, &mut GrainRow::blank()), to_table("contacts", &mut contacts, &mut blank)]
+    [to_table(grains, rows, &mut GrainRow::blank()), to_table(touching, &mut contacts, &mut blank)]
 }
 
 /// Table `ties` of the same rows: penalty springs of those that have some.
@@ -303,21 +317,26 @@ fn numbers_of(column: &Column) -> &[f64] {
 
 /// Rows of the tables that [`of_grains`] and, where something is tied, [`of_penalty_springs`] made, in their order.
 pub fn to_grains<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec<GrainRow<S>>, Error> {
-    let mut rows: Vec<GrainRow<S>> = take(state, "grains", &GrainRow::blank())?;
-    let contacts: Vec<ContactRow> = take(state, "contacts", &blank_contact(memory_words))?;
-    let mut order: Vec<(GrainId, usize)> = rows.iter().enumerate().map(|(at, row)| (row.cold.id, at)).collect();
-    order.sort_unstable();
-    let find = |id: GrainId, table: &str| {
-        let at = order.binary_search_by_key(&id, |(id, _)| *id);
-        at.map(|at| order[at].1)
-            .map_err(|_| Error::User(format!("table `{table}` names grain {}, which table `grains` lacks", id.0)))
-    };
+    let mut rows: Vec<GrainRow<S>> = to_grains_named(GRAINS, state, memory_words)?;
     if state.tables.iter().any(|table| table.name == "ties") {
+        let order = Order::of(&rows);
         for PenaltySpringRow { grain, spring } in take(state, "ties", &blank_tie::<S>())? {
-            rows[find(grain, "ties")?].spring = spring;
+            rows[order.find(grain, "ties", GRAINS[0])?].spring = spring;
         }
     }
-    let find = |id: GrainId| find(id, "contacts");
+    Ok(rows)
+}
+
+/// Rows of the tables that [`of_grains_named`] made, in their order.
+pub fn to_grains_named<S: Space>(
+    [grains, touching]: [&str; 2],
+    state: &mut State,
+    memory_words: usize,
+) -> Result<Vec<GrainRow<S>>, Error> {
+    let mut rows: Vec<GrainRow<S>> = take(state, grains, &GrainRow::blank())?;
+    let contacts: Vec<ContactRow> = take(state, touching, &blank_contact(memory_words))?;
+    let order = Order::of(&rows);
+    let find = |id: GrainId| order.find(id, touching, grains);
     for contact in contacts {
         rows[find(contact.lower)?].contacts.push((contact.higher, contact.memory));
         // A body is in no table of grains and keeps nothing itself.
@@ -329,6 +348,24 @@ pub fn to_grains<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec
         row.contacts.sort_unstable_by_key(|(partner, _)| *partner);
     }
     Ok(rows)
+}
+
+/// Where grains stand among rows, by their ids.
+struct Order(Vec<(GrainId, usize)>);
+
+impl Order {
+    fn of<S: Space>(rows: &[GrainRow<S>]) -> Self {
+        let mut order: Vec<(GrainId, usize)> = rows.iter().enumerate().map(|(at, row)| (row.cold.id, at)).collect();
+        order.sort_unstable();
+        Self(order)
+    }
+
+    /// The row of a grain that `table` names.
+    fn find(&self, id: GrainId, table: &str, grains: &str) -> Result<usize, Error> {
+        let at = self.0.binary_search_by_key(&id, |(id, _)| *id);
+        at.map(|at| self.0[at].1)
+            .map_err(|_| Error::User(format!("table `{table}` names grain {}, which table `{grains}` lacks", id.0)))
+    }
 }
 
 /// Rows of a table by name.

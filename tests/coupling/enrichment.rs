@@ -42,7 +42,8 @@ pub fn enrich(
     instants: &Instants,
     packing: (&std::path::Path, Lies<'_>),
 ) -> Enriched {
-    let plan = Plan::of(world, how, flagged, instants, packing).unwrap();
+    let wanted = enrichment::around_band(world, flagged, how.0);
+    let plan = Plan::of(world, how, wanted, instants, packing).unwrap();
     plan.unwrap_or_else(|Refusal(why)| panic!("{why}")).carry_out(world).unwrap()
 }
 

@@ -11,13 +11,17 @@ use std::collections::BTreeMap;
 use scree_partition::ExactSum;
 
 use super::account::{Account, BeforeAndAfter};
+use super::keep::keep;
 use super::leaving::Cells;
+use super::motion::begin_track;
 use super::patches::{Full, patches, with_full};
 use super::points::{Maker, first_free_id, part_at, places};
+use super::zones::reach;
 use super::{PlanarPoint, Vector, cell_grid};
 use crate::adapt::cells::around;
 use crate::base::error::Error;
 use crate::base::space::{Plane, Space};
+use crate::couple::kept::KeptGrains;
 use crate::couple::patch::Patch;
 use crate::couple::rest::RestWatch;
 use crate::couple::zone::{CellGrid, Enrichment};
@@ -46,8 +50,6 @@ pub struct Dissolved {
     pub kept: BeforeAndAfter,
 }
 
-/// Cells beyond phi_0 and its rim in which grains stay all the same, so that a zone does not come and go.
-const CELLS_BEYOND: f64 = 1.0;
 /// Points that would have to be that much heavier or lighter are not made.
 const FACTORS: [f64; 2] = [0.8, 1.25];
 
@@ -70,15 +72,15 @@ impl Fate {
 }
 
 /// Turns grains far from all `busy` cells back into points, which have hardened by what `watch` knows to have been borne in their places; nothing where there are none.
-/// `depth` is that of the plane, m, `fraction` the packing's at the start. Collective.
+/// Of a zone that brings grains back, `kept` takes them in, and `instants` is when. `depth` is that of the plane, m, `fraction` the packing's at the start. Collective.
 pub fn dissolve(
     world: &mut PlanarWorld,
     (settings, depth, fraction): (&Enrichment, f64, f64),
-    instants: &Instants,
+    (instants, kept): (&mut Instants, &mut KeptGrains),
     (watch, busy): (&RestWatch, &[u64]),
 ) -> Result<Option<Dissolved>, Error> {
     let grid = cell_grid(world);
-    let near = grid.near(busy, settings.distance + (0.5 + CELLS_BEYOND) * grid.cell);
+    let near = grid.near(busy, reach(settings, grid.cell));
     if patches(world, depth, false)?.keys().all(|cell| near[*cell as usize]) {
         return Ok(None);
     }
@@ -107,10 +109,19 @@ pub fn dissolve(
         let is_told = !done.refused.is_empty() || !done.mobilised.is_empty();
         return Ok(is_told.then_some(done));
     }
+    if settings.life.returns() {
+        keep(world, &draft.grains, kept, instants)?;
+    } else {
+        // Those of a stretch that brought grains back would not be all of them any more.
+        *kept = KeptGrains::default();
+    }
     let (grains, points) = draft.carried_out(world, &fates, &changes);
     let account = Account::open(world)?;
     world.be_home();
     world.replace(grains, points)?;
+    if settings.life.returns() {
+        begin_track(world, instants);
+    }
     done.kept = account.close(world, "turning grains at rest back into points")?;
     Ok(Some(done))
 }

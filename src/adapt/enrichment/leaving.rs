@@ -17,7 +17,7 @@ use crate::mpm::stress::SharedMaterial;
 type Vector = <Plane as Space>::Vector;
 
 /// Grains do not turn into continuum that is narrower than so many cells: a softening layer of a row or two between a zone and a plate takes the band from the zone.
-const CELLS_WIDE: usize = 3;
+pub(super) const CELLS_WIDE: usize = 3;
 /// Cells that are filled by less than this share, by grains or by points, are no part of what is so wide.
 const FILLED_WIDE: f64 = 0.5;
 

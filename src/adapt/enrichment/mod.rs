@@ -1,5 +1,6 @@
 //! Replacing a shear band by grains: the world's side of Chen et al. (2021), section 4.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use scree_partition::ExactSum;
@@ -7,7 +8,6 @@ use scree_partition::ExactSum;
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::space::{Linear, Plane, Space};
-use crate::bodies::body::{Body, Shape, Side};
 use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
@@ -21,21 +21,24 @@ use crate::prepare::sheared::{Grain, PlanarWorld};
 mod account;
 mod choose;
 mod dissolution;
+mod keep;
 mod leaving;
 mod motion;
 mod patches;
 mod points;
 mod residents;
 mod training;
+mod zones;
 
 pub use account::BeforeAndAfter;
 pub use dissolution::{Dissolved, dissolve};
 pub use motion::track;
 pub use patches::strength_mobilised;
+pub use zones::{Wanted, around_band, around_shear};
 
 use account::Account;
-use choose::{Sight, Stands, border, choose};
-use motion::Motion;
+use choose::{Carried, Sight, Stands, border, choose};
+use motion::{Motion, place_kept};
 use residents::{Resident, Residents};
 use training::{Confinement, Trained, train};
 
@@ -66,6 +69,22 @@ pub struct Enriched {
     pub training_steps: u64,
 }
 
+impl Enriched {
+    /// Whether trained grains bear no more than half as much again as the points whose places they take, where these are pressed.
+    fn bears_what_points_bore(&self) -> bool {
+        let borne = pressure(&self.stress_points);
+        borne <= 0.0 || pressure(&self.stress_grains) <= PRESSURE_BORNE * borne
+    }
+}
+
+/// How many times the pressure of points grains that come back may bear: what fills room that others hold cannot give way.
+const PRESSURE_BORNE: f64 = 1.5;
+
+/// Mean of the normal stresses, positive where they press, Pa.
+fn pressure([xx, yy, _]: &[f64; 3]) -> f64 {
+    -0.5 * (xx + yy)
+}
+
 /// The cells of the world's domain.
 pub fn cell_grid<S: Space>(world: &World<S>) -> CellGrid {
     let layout = &world.subdomain.layout;
@@ -84,23 +103,22 @@ const MARGIN: usize = 6;
 #[derive(Debug)]
 pub struct Refusal(pub String);
 
-/// Points that go and trained grains that take their places around flagged nodes; nothing has been changed yet.
+/// Points that go and trained grains that take their places; nothing has been changed yet.
 pub struct Plan {
     zone: Zone,
-    /// That points of the rim keep.
-    point_weight: f64,
+    carried: Carried,
     /// Rows of this rank's blocks.
     trained: Trained,
     enriched: Enriched,
 }
 
 impl Plan {
-    /// Points around the flagged nodes give way to grains of the packing in `packing_file`, which `lies` in the specimen; `depth` is that
+    /// Points of a zone give way to grains of the packing in `packing_file`, which `lies` in the specimen; `depth` is that
     /// of the plane, m. Grains that are there already stay. Collective.
     pub fn of(
         world: &mut PlanarWorld,
         (settings, depth): (&Enrichment, f64),
-        flagged: &[u64],
+        Wanted { mut zone, plates }: Wanted,
         instants: &Instants,
         (packing_file, lies): (&Path, Lies<'_>),
     ) -> Result<Result<Self, Refusal>, Error> {
@@ -108,12 +126,6 @@ impl Plan {
             // Lists that are made of them and of others begin where they are.
             world.rebuild()?;
         }
-        let mut zone = Zone::around(&along_plates(world, flagged, settings), cell_grid(world), settings);
-        let mut meets = |body: &Body<Plane>| match body.shape {
-            Shape::Plate { side, .. } => zone.close_at(body.face(), side == Side::Above),
-            _ => false,
-        };
-        let plates: Vec<usize> = (0..world.bodies.len()).filter(|number| meets(&world.bodies[*number])).collect();
         let near = zone.within(MARGIN);
         let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
         let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
@@ -127,23 +139,41 @@ impl Plan {
         let of = |wanted: Label| points_of.iter().filter(move |point| becomes(zone_of, &point.hot) == wanted);
         let mass_of = |wanted: Label| of(wanted).map(|point| point.hot.weight * point.hot.mass).sum::<f64>();
         let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
-        if core == 0.0 || rim == 0.0 {
+        let is_kept = matches!(lies, Lies::Kept(_));
+        let is_older = |point: &&PlanarPoint| is_of_older_rim(zone_of, &near, &point.hot);
+        let older: f64 = points.iter().filter(is_older).map(|point| point.hot.weight * point.hot.mass).sum();
+        if core == 0.0 || rim == 0.0 && (older == 0.0 || !is_kept) {
             return Ok(Err(Refusal(
                 "the zone around the shear band has no core or no rim; `enrichment.distance` must exceed a cell, and the band must leave continuum beside it".into(),
             )));
         }
-        let motion = Motion::of(world, &points, instants, settings.training);
+        let motion = match is_kept {
+            true => Motion::since_kept(world, &points, instants),
+            false => Motion::of(world, &points, instants, settings.training),
+        };
         let mut residents = Residents::of(world)?;
         let [raised, ..] = raised(world, &zone)?;
-        let sight = Sight::of(settings, &zone, &motion, &residents);
-        let is_wanted = |id: GrainId, origin: &Vector| !matches!(sight.stands(id.0, origin), Stands::Away);
-        let Reference { grains: packing, seats } =
-            Reference::read(world, packing_file, (lies, zone.middle()), is_wanted)?;
+        let is_wanted = |id: GrainId, origin: &Vector| {
+            !matches!(Sight::of(settings, &zone, &motion, &residents).stands(id.0, origin), Stands::Away)
+        };
+        let reference = Reference::read(world, packing_file, (lies, zone.middle()), is_wanted)?;
+        if is_kept {
+            residents.since_kept(&reference, &world.assembly.cell);
+        }
+        let Reference { grains: packing, seats, began } = reference;
+        let sight = match is_kept {
+            true => Sight::of_kept(settings, &zone, &motion, &residents),
+            false => Sight::of(settings, &zone, &motion, &residents),
+        };
         let of_packing = (&packing[..], lies, &plates[..]);
-        let mut chosen = match choose(settings, &zone, &sight, of_packing, [core - raised, rim]) {
+        let mut chosen = match choose(settings, &zone, &sight, of_packing, [core - raised, rim, older]) {
             Ok(chosen) => chosen,
             Err(refusal) => return Ok(Err(refusal)),
         };
+        // Those that come with the zone, and those that are kept with the grains that come back.
+        let of_plate = |grain: &&Grain| is_kept && matches!(grain.cold.mover, Mover::Body(_));
+        let of_plates = packing.iter().filter(of_plate).chain(&chosen.glued);
+        let of_plates: Vec<Vector> = of_plates.map(|grain| grain.cold.origin).collect();
         drop(packing);
         let mut enriched = Enriched {
             stress_points: mean_stress(of(Label::Grains)),
@@ -160,16 +190,33 @@ impl Plan {
             Mover::Free | Mover::Script => None,
         };
         residents.extend(chosen.glued.iter().filter_map(stand));
-        let border = border(&zone.grid, &points, &residents, &chosen);
-        let held = Confinement { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
+        // What comes back is held by its own neighbours that stay points, on all sides where no grains stand.
+        let around: BTreeSet<GrainId> = chosen.around.iter().map(|grain| grain.cold.id).collect();
+        let last = motion.times.len() - 1;
+        let lead = |grain: &Grain| {
+            let origin = grain.cold.origin;
+            Resident::led(grain.cold.id.0, origin, motion.displacement(last, &origin))
+        };
+        residents.extend(chosen.around.iter().map(lead));
+        let led: Vec<u64> = if is_kept { around.iter().map(|id| id.0).collect() } else { chosen.rim.clone() };
+        let from = |point: &PlanarPoint| if is_kept { place_kept(point) } else { point.cold.origin };
+        let border = border(&zone.grid, points.iter().map(from), &residents, (&chosen.grains, &of_plates));
+        let held = Confinement { rim: &led, border: &border, residents: &residents, lies, seats: &seats };
         let mut all = chosen.grains;
         all.extend(chosen.beside);
         all.extend(chosen.glued.iter().cloned());
+        all.extend(chosen.around);
         let mut trained = match train(world, (settings, depth), &motion, all, &held, &mut enriched) {
             Ok(trained) => trained,
             Err(Error::Run(why)) => return Ok(Err(Refusal(format!("training came to nothing: {why}")))),
             Err(other) => return Err(other),
         };
+        if is_kept && !enriched.bears_what_points_bore() {
+            let [grains, points] = [enriched.stress_grains, enriched.stress_points].map(|stress| pressure(&stress));
+            return Ok(Err(Refusal(format!(
+                "grains that come back bear {grains:.3e} Pa in the place of points that bear {points:.3e}"
+            ))));
+        }
         chosen.glued.sort_unstable_by_key(|grain| grain.cold.id);
         trained.seat(&chosen.glued);
         for grain in &mut trained.grains {
@@ -179,31 +226,36 @@ impl Plan {
             grain.hot.weight = if in_rim { settings.weight } else { 1.0 };
             grain.hot.spin = <Plane as Space>::Spin::zero();
             grain.hot.velocity = motion.velocity(&grain.cold.origin);
+            grain.contacts.retain(|(partner, _)| !around.contains(partner));
+            if let Some((origin, image)) = began.get(&grain.cold.id) {
+                grain.cold.origin = *origin;
+                grain.cold.image.iter_mut().zip(image).for_each(|(crossed, before)| *crossed += before);
+            }
         }
-        Ok(Ok(Self { zone, point_weight: chosen.point_weight, trained, enriched }))
+        Ok(Ok(Self { zone, carried: chosen.carried, trained, enriched }))
     }
 
     /// Puts the grains in. Collective.
     pub fn carry_out(self, world: &mut PlanarWorld) -> Result<Enriched, Error> {
-        let Self { zone, point_weight, trained: Trained { mut grains, touched, glued }, mut enriched } = self;
+        let Self { zone, carried, trained: Trained { mut grains, touched, glued }, mut enriched } = self;
         let account = Account::open(world)?;
+        let near = zone.within(MARGIN);
         world.look_at_costs();
         let mut lost = ExactSum::<4>::new();
         world.continuum.points.retain(|point| {
             let label = becomes(&zone, point);
-            let freed = match label {
-                Label::Continuum => 0.0,
-                Label::Grains => point.weight,
-                Label::Rim => point.weight - point_weight,
+            let left = match label {
+                Label::Continuum if is_of_older_rim(&zone, &near, point) => point.weight * carried.older,
+                Label::Continuum => point.weight,
+                Label::Grains => 0.0,
+                Label::Rim => carried.rim,
             };
+            let freed = point.weight - left;
             lost.add(0, freed * point.mass);
             lost.add(1, freed * point.mass * point.velocity[0]);
             lost.add(2, freed * point.mass * point.velocity[1]);
-            match label {
-                Label::Continuum => {}
-                Label::Grains => lost.add(3, 1.0),
-                Label::Rim => point.weight = point_weight,
-            }
+            lost.add(3, if label == Label::Grains { 1.0 } else { 0.0 });
+            point.weight = left;
             label != Label::Grains
         });
         let [_, lost_x, lost_y, removed] = world.reduce(lost)?;
@@ -220,15 +272,6 @@ impl Plan {
     }
 }
 
-/// The flagged nodes, and all beside those whose zone comes to a plate: a zone meets a plate along all of it or not at all.
-fn along_plates(world: &PlanarWorld, flagged: &[u64], settings: &Enrichment) -> Vec<u64> {
-    let grid = cell_grid(world);
-    let reach = settings.distance + 1.5 * grid.cell;
-    let is_plate = |body: &&Body<Plane>| matches!(body.shape, Shape::Plate { .. });
-    let faces: Vec<f64> = world.bodies.iter().filter(is_plate).map(Body::face).collect();
-    grid.with_rows(flagged, |height| faces.iter().any(|face| (height - face).abs() <= reach))
-}
-
 /// What a point is to be: one of the rim of an older zone is left as it is, or replaced.
 fn becomes(zone: &Zone, point: &PlanarHot) -> Label {
     match zone.at(point.position[0], point.position[1]) {
@@ -240,6 +283,12 @@ fn becomes(zone: &Zone, point: &PlanarHot) -> Label {
 /// Whether a grain of an older zone's rim is to be one of the core.
 fn is_raised(zone: &Zone, hot: &Hot<Plane>) -> bool {
     hot.weight > 0.0 && hot.weight < 1.0 && zone.at(hot.position[0], hot.position[1]) == Label::Grains
+}
+
+/// Whether a point is one of an older rim, in the cells that are `near`, that stays as it is.
+fn is_of_older_rim(zone: &Zone, near: &[bool], point: &PlanarHot) -> bool {
+    let is_near = || zone.grid.at(point.position[0], point.position[1]).is_some_and(|cell| near[cell]);
+    point.weight < 1.0 && becomes(zone, point) == Label::Continuum && is_near()
 }
 
 /// Mass, kg, and momentum along x and y, N s, that grains of an older zone's rim take over with their whole weight. Collective.
@@ -306,12 +355,17 @@ const FRACTION_NOMINAL: f64 = 0.84;
 
 /// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.
 pub fn grain_stress(world: &mut PlanarWorld, depth: f64) -> Result<[f64; 3], Error> {
+    stress_of(world, depth, |_| true)
+}
+
+/// The same of those that are wanted by their ids.
+fn stress_of(world: &mut PlanarWorld, depth: f64, is_wanted: impl Fn(GrainId) -> bool) -> Result<[f64; 3], Error> {
     world.refresh_ghosts();
     let mut sums = ExactSum::<4>::new();
     for (row, (hot, cold)) in
         world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold).enumerate()
     {
-        if cold.mover == Mover::Free {
+        if cold.mover == Mover::Free && is_wanted(cold.id) {
             let moment = world.assembly.contacts.moment(world.law(), &world.assembly.grains, row, [0.0; 2]);
             sums.add(0, moment[0]);
             sums.add(1, moment[3]);

@@ -1,4 +1,4 @@
-//! The continuum's motion since the start, as training repeats it.
+//! The continuum's motion, as training repeats it: since the start for grains of a packing, since they turned into points for those that come back.
 
 use super::{PlanarPoint, Vector, cell_grid};
 use crate::base::space::{Linear, Plane};
@@ -35,15 +35,45 @@ pub fn track(world: &mut PlanarWorld, instants: &mut Instants) {
     }
 }
 
-/// The continuum's motion since the start, as training repeats it: displacements at rising times, and velocity now.
+/// Points remember where they are now, and nothing from before: what grains that are kept stand by.
+pub(super) fn begin_track(world: &mut PlanarWorld, instants: &mut Instants) {
+    *instants = Instants { times: vec![world.time()], every: 0 };
+    let cell = world.assembly.cell;
+    world.continuum.points.keep_pasts();
+    let Points { hot, cold, pasts, .. } = &mut world.continuum.points;
+    for ((hot, cold), past) in hot.iter().zip(cold).zip(pasts) {
+        past.track.displacements[0] = displacement(&hot.position, (&cold.origin, cold.image), &cell);
+    }
+}
+
+/// Where a point was when grains were kept, m.
+pub(super) fn place_kept(point: &PlanarPoint) -> Vector {
+    point.cold.origin + point.past.track.displacements[0]
+}
+
+/// The continuum's motion since the start, or since grains were kept, as training repeats it: displacements at rising times, and velocity now.
 pub struct Motion {
     field: MotionField,
-    /// Seconds, rising, the first being zero.
+    /// Seconds, rising, the first being that which displacements are counted from.
     pub(super) times: Vec<f64>,
 }
 
 impl Motion {
-    /// `points` in the order of their ids; `share` of the motion is kept.
+    /// Since grains were kept, at the only one of the instants, and straight ahead. `points` in the order of their ids.
+    pub(super) fn since_kept(world: &PlanarWorld, points: &[PlanarPoint], instants: &Instants) -> Self {
+        let moved = |point: &PlanarPoint| {
+            let now = displacement(&point.hot.position, (&point.cold.origin, point.cold.image), &world.assembly.cell);
+            let path = [Vector::zero(), now - point.past.track.displacements[0], point.hot.velocity];
+            let displacements = path.iter().map(|moved| [moved[0], moved[1]]).collect();
+            let origin = place_kept(point);
+            Moved { origin: [origin[0], origin[1]], mass: point.hot.mass, displacements }
+        };
+        let moved: Vec<Moved> = points.iter().map(moved).collect();
+        let times = vec![instants.times.first().copied().unwrap_or_default(), world.time()];
+        Self { field: MotionField::new(cell_grid(world), &moved), times }
+    }
+
+    /// Since the start. `points` in the order of their ids; `share` of the motion is kept.
     pub(super) fn of(world: &PlanarWorld, points: &[PlanarPoint], instants: &Instants, share: f64) -> Self {
         let moved = |point: &PlanarPoint| {
             let mut path = vec![Vector::zero()];

@@ -8,8 +8,10 @@ use crate::base::error::Error;
 use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Plane};
 use crate::bodies::body::Body;
+use crate::dem::cell::Cell;
 use crate::dem::grains::{Cold, Hot, Mover};
 use crate::domain::transfer;
+use crate::prepare::reference::Reference;
 use crate::prepare::sheared::PlanarWorld;
 
 /// Where a grain of the packing has come.
@@ -25,6 +27,11 @@ pub(super) struct Resident {
 }
 
 impl Resident {
+    /// A grain that goes the way of the continuum from its `origin` and comes to stand nowhere.
+    pub fn led(id: u64, origin: Vector, displacement: Vector) -> Self {
+        Self { id, origin, displacement, led_from: origin }
+    }
+
     /// A grain that has gone all of the way of the plate that it is glued to.
     pub fn glued(id: u64, origin: Vector, plate: &Body<Plane>) -> Self {
         let mut led_from = origin;
@@ -78,6 +85,24 @@ impl Residents {
     pub fn extend(&mut self, more: impl IntoIterator<Item = Resident>) {
         self.0.extend(more);
         self.0.sort_unstable_by_key(|resident| resident.id);
+    }
+
+    /// From here on their ways are counted from where they were kept, as those of the grains that come.
+    pub fn since_kept(&mut self, reference: &Reference, cell: &Cell<Plane>) {
+        for resident in &mut self.0 {
+            let at = reference.grains.binary_search_by_key(&resident.id, |grain| grain.cold.id.0);
+            let Some(kept) = at.ok().map(|at| &reference.grains[at]) else { continue };
+            let moved = match kept.cold.mover {
+                Mover::Body(body) => reference.seats[usize::from(body)],
+                Mover::Free | Mover::Script => {
+                    let (origin, image) = reference.began[&kept.cold.id];
+                    displacement(&kept.hot.position, (&origin, image), cell)
+                }
+            };
+            resident.origin = kept.hot.position;
+            resident.displacement -= moved;
+            resident.led_from += moved;
+        }
     }
 
     pub fn get(&self, id: u64) -> Option<&Resident> {

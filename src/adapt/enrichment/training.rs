@@ -4,7 +4,7 @@ use scree_partition::ExactSum;
 
 use super::motion::Motion;
 use super::residents::Residents;
-use super::{Enriched, Vector, grain_stress};
+use super::{Enriched, Vector, pressure, stress_of};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Plane};
 use crate::bodies::body::{Body, Instant};
@@ -76,10 +76,10 @@ pub(super) fn train(
     };
     // From where the packing's bodies stood to where those of the run do.
     let way = |number: usize, [from, to]: [f64; 2]| {
-        let (body, now) = (&world.bodies[number], world.time());
+        let (body, start, now) = (&world.bodies[number], motion.times[0], world.time());
         let along = way_of(body, [from, to], now);
-        let rest = body.displacement - way_of(body, [0.0, now], now) - seat(number);
-        (along + rest * ((to - from) / now)) * share
+        let rest = body.displacement - way_of(body, [start, now], now) - seat(number);
+        (along + rest * ((to - from) / (now - start))) * share
     };
     let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.assembly.cell);
     let mut apart = PlanarWorld::new(settings, world.subdomain.layout.clone(), world.transport, 0, parts)?;
@@ -115,11 +115,14 @@ pub(super) fn train(
     let still: Lead = Box::new(|_| Vector::zero());
     follow(&mut apart, held, [&before, &still]);
     run_steps(&mut apart, rest as u64)?;
-    release(&mut apart, held, (depth, enriched.stress_points))?;
+    let is_squeezed = release(&mut apart, held, (depth, enriched.stress_points))?;
+    if is_squeezed {
+        return Err(Error::Run("a grain presses on another far harder than grains do in the mean".into()));
+    }
     let energies = apart.energies()?;
     enriched.training_energy_ratio = energies.kinetic_grains / energies.elastic_grains;
     enriched.training_steps = apart.step;
-    enriched.stress_grains = grain_stress(&mut apart, depth)?;
+    enriched.stress_grains = stress_of_new(&mut apart, held, depth)?;
     apart.rebuild()?;
     world.load_balance.learn(&apart.load_balance);
     let is_resident = |id: u64| held.residents.get(id).is_some();
@@ -146,7 +149,7 @@ fn way_of(body: &Body<Plane>, [from, to]: [f64; 2], now: f64) -> Vector {
     }
 }
 
-/// Who holds grains that are trained, by their ids, rising: the continuum those of the rim, and whatever does so those where the
+/// Who holds grains that are trained, by their ids, rising: the continuum those of the rim, or around grains that come back those that stay points, and whatever does so those where the
 /// material ends.
 pub(super) struct Confinement<'a> {
     pub rim: &'a [u64],
@@ -181,7 +184,7 @@ fn hold_open(apart: &mut PlanarWorld, held: &Confinement<'_>) {
         let cold = &mut grains.cold[row];
         if cold.mover == Mover::Free && held.border.binary_search(&cold.id.0).is_ok() {
             cold.script = match held.lies {
-                Lies::Whole | Lies::Around => -(grains.force[row] + gravity * grains.hot[row].mass),
+                Lies::Whole | Lies::Around | Lies::Kept(_) => -(grains.force[row] + gravity * grains.hot[row].mass),
                 Lies::Tiled(start) => grains.force[row] * -start.stress_share(&cold.origin),
             };
         }
@@ -210,27 +213,33 @@ const LOOKS_FOR_ALL: u64 = 2500;
 
 /// Grains of the rim were moved each by itself, and overlap where the continuum strained much; and where it bears next to nothing, as under a
 /// free surface, a strain of a thousandth that grains and points do not share makes a hundred times its stress. They are let go against
-/// heavy damping, before anything moves that could throw them, for as short a time as it takes.
+/// heavy damping, before anything moves that could throw them, for as short a time as it takes. Whether grains that come back are pressed together
+/// all the same, which keeps them away.
 fn release(
     apart: &mut PlanarWorld,
     held: &Confinement<'_>,
     (depth, stress_points): (f64, [f64; 3]),
-) -> Result<(), Error> {
+) -> Result<bool, Error> {
     let damping = apart.settings.grains.field.damping;
     let wanted = pressure(&stress_points);
-    let is_loaded = wanted > 0.0 && pressure(&grain_stress(apart, depth)?) > PRESSURE_MAX * wanted;
+    let is_loaded = wanted > 0.0 && pressure(&stress_of_new(apart, held, depth)?) > PRESSURE_MAX * wanted;
     let mut looks = 0;
     while looks < LOOKS_FOR_ONE && is_squeezed(apart, held)? {
         let_go(apart, held, &RELEASE_OF_ONE)?;
         looks += 1;
     }
     looks = 0;
-    while is_loaded && looks < LOOKS_FOR_ALL && pressure(&grain_stress(apart, depth)?) > wanted {
+    while is_loaded && looks < LOOKS_FOR_ALL && pressure(&stress_of_new(apart, held, depth)?) > wanted {
         let_go(apart, held, &RELEASE_OF_ALL)?;
         looks += 1;
     }
     apart.settings.grains.field.damping = damping;
-    Ok(())
+    Ok(matches!(held.lies, Lies::Kept(_)) && is_squeezed(apart, held)?)
+}
+
+/// Of those that are free and do not stand already, Pa.
+fn stress_of_new(apart: &mut PlanarWorld, held: &Confinement<'_>, depth: f64) -> Result<[f64; 3], Error> {
+    stress_of(apart, depth, |id| held.residents.get(id.0).is_none())
 }
 
 /// Some steps in which grains of the rim move as they like, against damping.
@@ -248,11 +257,6 @@ fn let_go(apart: &mut PlanarWorld, held: &Confinement<'_>, release: &Release) ->
         apart.rebuild()?;
     }
     run_steps(apart, release.steps)
-}
-
-/// Mean of the normal stresses, positive where they press, Pa.
-fn pressure([xx, yy, _]: &[f64; 3]) -> f64 {
-    -0.5 * (xx + yy)
 }
 
 /// Whether a grain of the rim presses on another, or on a body, far harder than free ones do on each other. Collective.
