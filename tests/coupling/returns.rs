@@ -13,6 +13,7 @@ use scree::prepare::reference::Lies;
 use scree::prepare::sheared::Grain;
 use scree::run::start;
 use scree::store::checkpoint;
+use scree_io::column::{State, Values};
 use scree_partition::Solo;
 
 use crate::enrichment::sums;
@@ -139,4 +140,54 @@ fn a_zone_that_follows_the_shear_has_the_same_bits_on_any_ranks_and_after_a_rest
         let kept = &ran.summary["conservation"][name]["error"];
         assert!(kept.as_f64().unwrap().abs() < 1e-12, "{name} {kept}");
     }
+}
+
+/// What is kept is looked up by ids and counted from bodies and an instant: a checkpoint where these do not belong together is refused, and not gone on with wrongly.
+#[test]
+fn a_checkpoint_whose_kept_grains_do_not_belong_together_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let sets = [
+        "zone.grows=true",
+        "zone.rest_strain=0.005",
+        "zone.rest_share=0.9",
+        "zone.rest_strength=10",
+        "loading.strain_end=0.04",
+    ];
+    let scenario = everywhere(&sets);
+    done(start::start(&Job::Shear(everywhere(&sets)), &options(folder.path()), &Solo));
+    let (_, state) = checkpoint::latest_state(folder.path()).unwrap();
+    let told = |change: &dyn Fn(&mut State)| {
+        let mut state = state.clone();
+        change(&mut state);
+        start::world_of(&scenario, Some(state), &Solo).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(told(&|_| ()), Ok(()));
+    let table = |state: &mut State, name: &str| state.tables.iter().position(|table| table.name == name).unwrap();
+    let refused = |change: &dyn Fn(&mut State), words: &str| {
+        let told = told(change).unwrap_err();
+        assert!(told.contains(words), "{told}, and not {words}");
+    };
+    let of_ids = |state: &mut State, change: &dyn Fn(&mut Vec<u64>)| {
+        let at = table(state, "kept_grains");
+        let ids = state.tables[at].columns.iter_mut().find(|column| column.name == "id").unwrap();
+        if let Values::U64(ids) = &mut ids.values {
+            change(ids);
+        }
+    };
+    refused(&|state| of_ids(state, &|ids| ids.swap(3, 4)), "ids must rise");
+    refused(&|state| of_ids(state, &|ids| ids[4] = ids[3]), "names grain");
+    let empty = |state: &mut State, name: &str| {
+        let at = table(state, name);
+        state.tables[at].rows = 0;
+        for column in &mut state.tables[at].columns {
+            match &mut column.values {
+                Values::F64(values) => values.clear(),
+                Values::U64(values) => values.clear(),
+                Values::I64(values) => values.clear(),
+                Values::U8(values) => values.clear(),
+            }
+        }
+    };
+    refused(&|state| empty(state, "kept_bodies"), "0 displacements of 2 bodies");
+    refused(&|state| empty(state, "instants"), "there must be one instant");
 }

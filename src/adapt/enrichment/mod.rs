@@ -9,6 +9,7 @@ use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::space::{Linear, Plane, Space};
 use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
+use crate::dem::cell::Image;
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
 use crate::domain::world::World;
@@ -39,7 +40,7 @@ pub use zones::{Wanted, around_band, around_shear};
 use account::Account;
 use choose::{Carried, Sight, Stands, border, choose};
 use motion::{Motion, place_kept};
-use residents::{Resident, Residents};
+use residents::Residents;
 use training::{Confinement, Trained, train};
 
 type Vector = <Plane as Space>::Vector;
@@ -127,10 +128,7 @@ impl Plan {
             world.rebuild()?;
         }
         let near = zone.within(MARGIN);
-        let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
-        let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
-        let mut points = transfer::gather_everywhere(world.transport, points)?;
-        points.sort_unstable_by_key(|point| point.cold.id);
+        let points = points_of_cells(world, &zone.grid, &near)?;
         // Points bear loads, and grains do not: they share the cells of those that do.
         let loaded =
             points.iter().filter(|point| loads_in(point.cold.loads).next().is_some()).map(|point| point.hot.position);
@@ -170,10 +168,10 @@ impl Plan {
             Ok(chosen) => chosen,
             Err(refusal) => return Ok(Err(refusal)),
         };
-        // Those that come with the zone, and those that are kept with the grains that come back.
-        let of_plate = |grain: &&Grain| is_kept && matches!(grain.cold.mover, Mover::Body(_));
-        let of_plates = packing.iter().filter(of_plate).chain(&chosen.glued);
-        let of_plates: Vec<Vector> = of_plates.map(|grain| grain.cold.origin).collect();
+        // Those of plates that come with the zone, and those that are kept with the grains that come back.
+        let is_glued = |grain: &&Grain| is_kept && matches!(grain.cold.mover, Mover::Body(_));
+        let glued = packing.iter().filter(is_glued).chain(&chosen.glued);
+        let glued: Vec<Vector> = glued.map(|grain| grain.cold.origin).collect();
         drop(packing);
         let mut enriched = Enriched {
             stress_points: mean_stress(of(Label::Grains)),
@@ -182,26 +180,11 @@ impl Plan {
             grains_rim: chosen.rim.len() as u64,
             ..Enriched::default()
         };
-        // Where they are to stand is known before training.
-        let stand = |grain: &Grain| match grain.cold.mover {
-            Mover::Body(plate) => {
-                Some(Resident::glued(grain.cold.id.0, grain.cold.origin, &world.bodies[usize::from(plate)]))
-            }
-            Mover::Free | Mover::Script => None,
-        };
-        residents.extend(chosen.glued.iter().filter_map(stand));
-        // What comes back is held by its own neighbours that stay points, on all sides where no grains stand.
-        let around: BTreeSet<GrainId> = chosen.around.iter().map(|grain| grain.cold.id).collect();
-        let last = motion.times.len() - 1;
-        let lead = |grain: &Grain| {
-            let origin = grain.cold.origin;
-            Resident::led(grain.cold.id.0, origin, motion.displacement(last, &origin))
-        };
-        residents.extend(chosen.around.iter().map(lead));
-        let led: Vec<u64> = if is_kept { around.iter().map(|id| id.0).collect() } else { chosen.rim.clone() };
+        let led = residents.with_those_of(&chosen, world, (&motion, is_kept));
         let from = |point: &PlanarPoint| if is_kept { place_kept(point) } else { point.cold.origin };
-        let border = border(&zone.grid, points.iter().map(from), &residents, (&chosen.grains, &of_plates));
-        let held = Confinement { rim: &led, border: &border, residents: &residents, lies, seats: &seats };
+        let border = border(&zone.grid, points.iter().map(from), &residents, (&chosen.grains, &glued));
+        let held = Confinement { led: &led, border: &border, residents: &residents, lies, seats: &seats };
+        let around: BTreeSet<GrainId> = chosen.around.iter().map(|grain| grain.cold.id).collect();
         let mut all = chosen.grains;
         all.extend(chosen.beside);
         all.extend(chosen.glued.iter().cloned());
@@ -220,17 +203,11 @@ impl Plan {
         chosen.glued.sort_unstable_by_key(|grain| grain.cold.id);
         trained.seat(&chosen.glued);
         for grain in &mut trained.grains {
-            grain.cold.mover = Mover::Free;
-            grain.cold.script = Vector::zero();
             let in_rim = chosen.rim.binary_search(&grain.cold.id.0).is_ok();
             grain.hot.weight = if in_rim { settings.weight } else { 1.0 };
-            grain.hot.spin = <Plane as Space>::Spin::zero();
-            grain.hot.velocity = motion.velocity(&grain.cold.origin);
             grain.contacts.retain(|(partner, _)| !around.contains(partner));
-            if let Some((origin, image)) = began.get(&grain.cold.id) {
-                grain.cold.origin = *origin;
-                grain.cold.image.iter_mut().zip(image).for_each(|(crossed, before)| *crossed += before);
-            }
+            let velocity = motion.velocity(&grain.cold.origin);
+            enter(grain, velocity, began.get(&grain.cold.id));
         }
         Ok(Ok(Self { zone, carried: chosen.carried, trained, enriched }))
     }
@@ -269,6 +246,27 @@ impl Plan {
         world.replace_grains(grains)?;
         enriched.kept = account.close(world, "enrichment")?;
         Ok(enriched)
+    }
+}
+
+/// Points in these cells, in the order of their ids, on every rank. Collective.
+fn points_of_cells(world: &PlanarWorld, grid: &CellGrid, cells: &[bool]) -> Result<Vec<PlanarPoint>, Error> {
+    let is_near = |place: &Vector| grid.at(place[0], place[1]).is_some_and(|cell| cells[cell]);
+    let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
+    let mut points = transfer::gather_everywhere(world.transport, points)?;
+    points.sort_unstable_by_key(|point| point.cold.id);
+    Ok(points)
+}
+
+/// A trained grain is one of the run, and has come from where it `began` if it has been in it before.
+fn enter(grain: &mut Grain, velocity: Vector, began: Option<&(Vector, Image)>) {
+    grain.cold.mover = Mover::Free;
+    grain.cold.script = Vector::zero();
+    grain.hot.spin = <Plane as Space>::Spin::zero();
+    grain.hot.velocity = velocity;
+    if let Some((origin, image)) = began {
+        grain.cold.origin = *origin;
+        grain.cold.image.iter_mut().zip(image).for_each(|(crossed, before)| *crossed += before);
     }
 }
 

@@ -3,7 +3,8 @@
 use scree_partition::{ParcelError, Reader, Writer};
 
 use super::Vector;
-use super::motion::displacement;
+use super::choose::Chosen;
+use super::motion::{Motion, displacement};
 use crate::base::error::Error;
 use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Plane};
@@ -12,7 +13,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::{Cold, Hot, Mover};
 use crate::domain::transfer;
 use crate::prepare::reference::Reference;
-use crate::prepare::sheared::PlanarWorld;
+use crate::prepare::sheared::{Grain, PlanarWorld};
 
 /// Where a grain of the packing has come.
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +81,35 @@ impl Residents {
         let mut residents = Self(Vec::new());
         residents.extend(all);
         Ok(residents)
+    }
+
+    /// With those whose places are known before training: the `chosen` ones of plates, and around grains that come back those that stay points and go their way. Who is led by the continuum
+    /// beside those that stand, by ids, rising: the rim, or around grains that come back, which are free, those that stay points.
+    pub fn with_those_of(
+        &mut self,
+        chosen: &Chosen,
+        world: &PlanarWorld,
+        (motion, is_kept): (&Motion, bool),
+    ) -> Vec<u64> {
+        let stand = |grain: &Grain| match grain.cold.mover {
+            Mover::Body(plate) => {
+                Some(Resident::glued(grain.cold.id.0, grain.cold.origin, &world.bodies[usize::from(plate)]))
+            }
+            Mover::Free | Mover::Script => None,
+        };
+        self.extend(chosen.glued.iter().filter_map(stand));
+        let last = motion.times.len() - 1;
+        let lead = |grain: &Grain| {
+            let origin = grain.cold.origin;
+            Resident::led(grain.cold.id.0, origin, motion.displacement(last, &origin))
+        };
+        self.extend(chosen.around.iter().map(lead));
+        if !is_kept {
+            return chosen.rim.clone();
+        }
+        let mut around: Vec<u64> = chosen.around.iter().map(|grain| grain.cold.id.0).collect();
+        around.sort_unstable();
+        around
     }
 
     pub fn extend(&mut self, more: impl IntoIterator<Item = Resident>) {

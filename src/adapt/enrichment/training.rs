@@ -152,7 +152,7 @@ fn way_of(body: &Body<Plane>, [from, to]: [f64; 2], now: f64) -> Vector {
 /// Who holds grains that are trained, by their ids, rising: the continuum those of the rim, or around grains that come back those that stay points, and whatever does so those where the
 /// material ends.
 pub(super) struct Confinement<'a> {
-    pub rim: &'a [u64],
+    pub led: &'a [u64],
     pub border: &'a [u64],
     /// Grains beside them that stand already.
     pub residents: &'a Residents,
@@ -162,13 +162,13 @@ pub(super) struct Confinement<'a> {
 }
 
 impl Confinement<'_> {
-    fn is_of_rim(&self, id: u64) -> bool {
-        self.rim.binary_search(&id).is_ok()
+    fn is_led_by_continuum(&self, id: u64) -> bool {
+        self.led.binary_search(&id).is_ok()
     }
 
     /// Whether a grain moves as it is told to.
     fn is_led(&self, id: u64) -> bool {
-        self.is_of_rim(id) || self.residents.get(id).is_some()
+        self.is_led_by_continuum(id) || self.residents.get(id).is_some()
     }
 }
 
@@ -244,9 +244,10 @@ fn stress_of_new(apart: &mut PlanarWorld, held: &Confinement<'_>, depth: f64) ->
 
 /// Some steps in which grains of the rim move as they like, against damping.
 fn let_go(apart: &mut PlanarWorld, held: &Confinement<'_>, release: &Release) -> Result<(), Error> {
-    let is_of_rim = |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_of_rim(cold.id.0);
+    let is_led_by_continuum =
+        |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_led_by_continuum(cold.id.0);
     let mut freed = 0;
-    for cold in apart.assembly.grains.cold.iter_mut().filter(is_of_rim) {
+    for cold in apart.assembly.grains.cold.iter_mut().filter(is_led_by_continuum) {
         (cold.mover, cold.script) = (Mover::Free, Vector::zero());
         freed += 1;
     }
