@@ -128,7 +128,7 @@ impl Plan {
             world.rebuild()?;
         }
         let near = zone.within(MARGIN);
-        let points = points_of_cells(world, &zone.grid, &near)?;
+        let points = points_within(world, &zone.grid, &near)?;
         // Points bear loads, and grains do not: they share the cells of those that do.
         let loaded =
             points.iter().filter(|point| loads_in(point.cold.loads).next().is_some()).map(|point| point.hot.position);
@@ -250,7 +250,7 @@ impl Plan {
 }
 
 /// Points in these cells, in the order of their ids, on every rank. Collective.
-fn points_of_cells(world: &PlanarWorld, grid: &CellGrid, cells: &[bool]) -> Result<Vec<PlanarPoint>, Error> {
+fn points_within(world: &PlanarWorld, grid: &CellGrid, cells: &[bool]) -> Result<Vec<PlanarPoint>, Error> {
     let is_near = |place: &Vector| grid.at(place[0], place[1]).is_some_and(|cell| cells[cell]);
     let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
     let mut points = transfer::gather_everywhere(world.transport, points)?;

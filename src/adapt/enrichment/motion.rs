@@ -25,8 +25,12 @@ pub fn track(world: &mut PlanarWorld, instants: &mut Instants) {
             return;
         }
     }
-    let slot = instants.times.len();
+    remember(world, instants.times.len());
     instants.times.push(world.time());
+}
+
+/// Points take their displacements now into a slot of their tracks.
+fn remember(world: &mut PlanarWorld, slot: usize) {
     let cell = world.assembly.cell;
     world.continuum.points.keep_pasts();
     let Points { hot, cold, pasts, .. } = &mut world.continuum.points;
@@ -37,13 +41,8 @@ pub fn track(world: &mut PlanarWorld, instants: &mut Instants) {
 
 /// Points remember where they are now, and nothing from before: what grains that are kept stand by.
 pub(super) fn begin_track(world: &mut PlanarWorld, instants: &mut Instants) {
+    remember(world, 0);
     *instants = Instants { times: vec![world.time()], every: 0 };
-    let cell = world.assembly.cell;
-    world.continuum.points.keep_pasts();
-    let Points { hot, cold, pasts, .. } = &mut world.continuum.points;
-    for ((hot, cold), past) in hot.iter().zip(cold).zip(pasts) {
-        past.track.displacements[0] = displacement(&hot.position, (&cold.origin, cold.image), &cell);
-    }
 }
 
 /// Where a point was when grains were kept, m.
